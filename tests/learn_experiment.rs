@@ -1,7 +1,7 @@
 //! Rivals that explain a log equally well: the program of `learn --experiment` parts them. And the report as a page.
 //!
-//! The test program eats through the block from its back, so that "from some instant on" and "beyond some place" are the
-//! same samples: a chipped edge and a hard zone cannot be told apart by its log.
+//! The test program eats through the block from its back, so that "from some instant on" and "beyond some place" are
+//! the same samples: a chipped edge and a hard zone cannot be separated by its log.
 
 #![allow(clippy::format_collect, clippy::unwrap_used)]
 
@@ -43,7 +43,7 @@ fn the_next_cut_parts_the_rivals() {
     let both = |c: &Confounded| ["edge-chipping", "hard-zone"].iter().all(|name| c.names.iter().any(|n| n == name));
     assert!(report.confounded.iter().any(both), "{}", report.verdict);
     assert!(
-        report.verdict.contains("one of: ") && report.verdict.contains("cannot be told apart on this log"),
+        report.verdict.contains("one of: ") && report.verdict.contains("cannot be separated by this log"),
         "{}",
         report.verdict
     );
@@ -58,8 +58,8 @@ fn the_next_cut_parts_the_rivals() {
         (data.used().map(|i| residual[i].powi(2)).sum::<f64>() / data.used().count() as f64).sqrt()
     };
     assert!(rms(0) < 40.0 && rms(1) < 40.0, "{} {}", rms(0), rms(1));
-    // … and differ in the mean by more than the noise of one reading where the experiment cuts, air included, and by several
-    // times what they differ by on the log.
+    // … and differ in the mean by more than the noise of one reading where the experiment cuts, air included, and by
+    // several times what they differ by on the log.
     let next = experiment(&data, &report, &job()).unwrap().unwrap();
     let between = fitted[0].predicted.iter().zip(&fitted[1].predicted).map(|(a, b)| (a - b).powi(2));
     let on_log = (between.sum::<f64>() / data.len() as f64).sqrt();

@@ -209,7 +209,7 @@ fn a_load_meter_read_by_eye_gives_coefficients_within_their_errors() {
     assert!((0.1..0.5).contains(&(tc_error / k_tc)) && te_error / k_te > tc_error / k_tc, "{c:?}");
     assert!(c.force_uncertainty.unwrap() > 0.18);
     let close = parse("T1 peak 6% idle 4%").unwrap();
-    assert!(coefficients(&[close], &prepared, &job).unwrap_err().to_string().contains("closer than an eye can read"));
+    assert!(coefficients(&[close], &prepared, &job).unwrap_err().to_string().contains("closer than they can be read"));
     let other = parse("T9 peak 60% idle 4%").unwrap();
     assert!(coefficients(&[other], &prepared, &job).unwrap_err().to_string().contains("no such tool"));
 }

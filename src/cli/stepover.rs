@@ -10,7 +10,7 @@ use super::learn::{load, open};
 use super::options::Global;
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
-use crate::finish::stepover::{Ask, Lay, Refusal, Surface, run};
+use crate::finish::stepover::{Layout, Refusal, Request, Surface, run};
 use crate::job::stepover::at_reference_force;
 use crate::machine::{Job, StockShape};
 use crate::nc::Dialect;
@@ -158,14 +158,14 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         let value = value.unwrap_or_default();
         return Err(CliError::new(format!("{name} {value} makes no sense"), "give a positive number"));
     }
-    let lay = lay(command)?;
+    let layout = layout(command)?;
     if !(command.steepest > 0.0 && command.steepest < 90.0) {
         return Err(CliError::new(
             format!("--steepest {} makes no sense", command.steepest),
             "give degrees between 0 and 90",
         ));
     }
-    let ask = Ask {
+    let ask = Request {
         tool: command.tool,
         rps: command.rpm.map(rps_from_rpm),
         feed_mm_s: command.feed.map(mm_s_from_mm_min),
@@ -173,7 +173,7 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         scallop_mm: command.scallop,
         stock_mm: command.stock.unwrap_or(STOCK_MM),
         step_over_mm: [least, largest],
-        lay,
+        layout,
         tolerance_mm: command.tolerance,
     };
     let bar = screen.progress("planning");
@@ -224,7 +224,7 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
 }
 
 /// How passes are to lie.
-fn lay(command: &Stepover) -> Result<Lay, CliError> {
+fn layout(command: &Stepover) -> Result<Layout, CliError> {
     let (turn, shallowest) = (command.turn.unwrap_or(0.0), command.shallowest.unwrap_or(SHALLOWEST_DEG));
     if !(0.0..=45.0).contains(&turn) {
         return Err(CliError::new(format!("--turn {turn} makes no sense"), "give degrees from 0 to 45"));
@@ -248,10 +248,10 @@ fn lay(command: &Stepover) -> Result<Lay, CliError> {
         ));
     }
     Ok(if contour {
-        Lay::Contour { shallowest_rad: shallowest.to_radians() }
+        Layout::Contour { shallowest_rad: shallowest.to_radians() }
     } else {
         let direction = command.direction.unwrap_or(0.0);
-        Lay::Parallel { direction_rad: direction.to_radians(), turn_rad: turn.to_radians() }
+        Layout::Parallel { direction_rad: direction.to_radians(), turn_rad: turn.to_radians() }
     })
 }
 

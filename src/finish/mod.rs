@@ -1,7 +1,7 @@
-//! Finishing with a ball end: what is changed in the geometry on purpose, so that the finishing force is constant.
+//! Finishing with a constant force: the only room that changes geometry.
 //!
-//! In: programs as motions, the job. Out: other motions, and programs with them. Nothing here touches a feed, and nothing here is
-//! covered by the proof of [`crate::rewrite::verify()`]: each command has a proof of its own.
+//! In: programs as motions or a mesh, the job. Out: programs with other motions. They are not covered by the proof of
+//! [`crate::rewrite::verify()`]: each command has a proof or check of its own.
 
 pub mod semifinish;
 pub mod stepover;

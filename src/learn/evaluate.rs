@@ -1,6 +1,6 @@
-//! A model held against data that it has not seen. In: a job with the model and a log of a program, or a table of
-//! steady cuts. Out: [`Evaluation`]: what the model is off by, beside the same coefficients without its effects and the
-//! plain mean of the readings. Nothing is fitted.
+//! Evaluation of a model on data that it was not fitted to. In: a job with the model; a log of a program, or a table of
+//! steady cuts. Out: [`Evaluation`]: errors of the model, of its coefficients without its effects, and of the mean of
+//! the readings. Nothing is fitted.
 
 use crate::engage::Loader;
 use crate::learn::align::frame::in_work_frame;
@@ -27,31 +27,30 @@ pub struct OfQuantity {
     pub name: String,
     /// Samples that count.
     pub samples: usize,
-    /// Of the model.
+    /// Errors of the model.
     pub model: Errors,
-    /// Of its coefficients without its effects.
+    /// Errors of its coefficients without its effects.
     pub without_effects: Errors,
-    /// Root mean square about the mean of the readings: a model that is worse says nothing.
+    /// Root mean square about the mean of the readings; a useful model is better than that.
     pub about_mean: f64,
     /// Mean of reading − prediction.
     pub bias: f64,
 }
 
-/// What a model is off by.
+/// Errors of a model.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Evaluation {
     /// Samples read.
     pub samples: usize,
-    /// How the log was tied to its program, and to how many seconds; `None` for tables.
+    /// How the log was aligned with its program, and the uncertainty of that, s; `None` for tables.
     pub tied: Option<(&'static str, f64)>,
-    /// Effects of the model that acted.
+    /// Effects of the model on loads and readings.
     pub effects: Vec<String>,
     /// Quantity by quantity.
     pub quantities: Vec<OfQuantity>,
 }
 
-/// Holds the model of a job against a log of one of its programs. Effects on geometry and motion are those of the job
-/// already.
+/// Evaluates the model of a job on a log of one of its programs. Effects on geometry and motion already act in the job.
 pub fn of_log(
     program: &[u8],
     job: &Job,
@@ -69,7 +68,7 @@ pub fn of_log(
     Ok(Evaluation { samples: log.time_s.len(), tied: Some((aligned.method.name(), aligned.uncertainty_s)), ..found })
 }
 
-/// Holds the model of a job against data.
+/// Evaluates the model of a job on data.
 pub fn of_data(data: &Data, job: &Job) -> Result<Evaluation, DataError> {
     let base: Vec<f64> = data.base.iter().map(|base| coefficient(&base.name, data, job)).collect::<Result<_, _>>()?;
     let effects: Vec<FittedEffect> = in_model_file(&job.process);
@@ -97,7 +96,7 @@ pub fn of_data(data: &Data, job: &Job) -> Result<Evaluation, DataError> {
     Ok(Evaluation { samples: data.len(), tied: None, effects, quantities })
 }
 
-/// The data without the samples in which the spindle runs up: what its mass takes is in no model.
+/// The data without the samples in which the spindle runs up: no model has the power that accelerates its mass.
 fn steady(data: &Data) -> Data {
     let Some(run_up) = data.base.iter().position(|base| base.name == "run_up") else { return data.clone() };
     let runs_up = |i: usize| data.columns[run_up][i] > 0.0;
@@ -110,7 +109,9 @@ fn coefficient(name: &str, data: &Data, job: &Job) -> Result<f64, DataError> {
     let linear = || in_force(job).ok_or_else(|| unfit("the model has no linear edge coefficients to compare"));
     let is_relative = data.base.iter().any(|b| b.class == Class::Cutting && !b.unit.starts_with("N/"));
     if is_relative {
-        return Err(unfit("a load in percent or ampere belongs to no coefficients: evaluate needs W, N·m or N"));
+        return Err(unfit(
+            "a load in percent or ampere cannot be predicted from coefficients: evaluate needs W, N·m or N",
+        ));
     }
     match name {
         "tare" => Ok(tare_w(data, job)),
@@ -119,17 +120,18 @@ fn coefficient(name: &str, data: &Data, job: &Job) -> Result<f64, DataError> {
         "k_te" => linear().map(|k| k.k_te),
         "k_rc" => linear().map(|k| k.k_rc),
         "k_re" => linear().map(|k| k.k_re),
-        other => of_layer(other, job).ok_or_else(|| unfit(&format!("the model says nothing of {other}"))),
+        other => of_layer(other, job).ok_or_else(|| unfit(&format!("the model has no {other}"))),
     }
 }
 
-/// Coefficient of a model of layers.
+/// Coefficient of a layer model.
 fn of_layer(name: &str, job: &Job) -> Option<f64> {
     let Some(ForceModel::Named { parameters, .. }) = &job.process.base else { return None };
     parameters.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
 }
 
-/// Tare at the spindle speed that the data refer theirs to: that of the model, as the declared one varies with speed.
+/// Tare of the model at the reference speed of the data, W: the learned tare times the ratio of the declared tares at
+/// the two speeds.
 fn tare_w(data: &Data, job: &Job) -> f64 {
     let declared = &job.machine.spindle.tare_w;
     let rps = data.state.iter().map(|state| state.reference_rps).find(|rps| rps.is_finite()).unwrap_or(0.0);

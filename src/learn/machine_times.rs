@@ -1,9 +1,9 @@
-//! What a log without any load says: how the machine moves. In: a program, and a log with places or lines over time. Out: a report
-//! whose one effect, if any, is the acceleration that the times between known places show.
+//! Learning from a log without a load: how the machine moves. In: a program, and a log with positions or lines over
+//! time. Out: a report whose only possible effect is the acceleration that the times between known positions show.
 //!
-//! The error is judged on data left out: the acceleration is found again from the first half of the log, and the times of
-//! stretches of some ten seconds of the second half are told with it. A stretch in which the machine stood still longer
-//! than the program says (a tool change, an operator) says nothing of motion: stretches are compared by the median of their errors.
+//! The error is held out: the acceleration is fitted to the first half of the log and predicts the times of stretches
+//! of about ten seconds of the second half. The median of their errors counts, because some contain a tool change or a
+//! stop by the operator.
 
 use crate::effects::{ALL, Acts};
 use crate::learn::align::line::{acceleration_shown, by_line};
@@ -15,12 +15,12 @@ use crate::learn::program::clock::Clock;
 use crate::learn::program::simulated::SimulatedProgram;
 use crate::learn::report::{Added, Errors, Estimate, LearnReport};
 
-/// Length of a stretch whose time is compared, s.
+/// Length of a stretch whose time is compared, s. Judgement.
 const STRETCH_S: f64 = 10.0;
-/// Fewest stretches that a median rests on.
+/// Fewest stretches for a median. Judgement.
 const FEWEST: usize = 3;
 
-/// The report of a log without a load, and how the log was tied to its program.
+/// The report of a log without a load, and its alignment.
 pub fn times_alone(prepared: &SimulatedProgram, log: &Log) -> Result<(LearnReport, Aligned), DataError> {
     let aligned =
         by_position(log, &prepared.timeline)
@@ -54,7 +54,7 @@ pub fn times_alone(prepared: &SimulatedProgram, log: &Log) -> Result<(LearnRepor
     Ok((report, aligned))
 }
 
-/// The acceleration that the times show, where it is clearly less than the declared one.
+/// (factor, nats) of the acceleration that the times show, if it is clearly less than the declared one.
 fn measured_acceleration(prepared: &SimulatedProgram, log: &Log, program_s: &[f64]) -> Option<(f64, f64)> {
     acceleration_shown(log, program_s, &prepared.timeline, &prepared.slower).filter(|(f, nats)| is_slower(*f, *nats))
 }
@@ -72,22 +72,22 @@ fn added(factor: f64, nats: f64, [before, after]: [f64; 2]) -> Option<Added> {
         p_value: (-nats).exp(),
         test_rmse_before: before,
         test_rmse_after: after,
-        evidence: format!("the times between known places prefer it by {nats:.0} nats"),
+        evidence: format!("the times between known positions show it (log-likelihood {nats:.0} nats higher)"),
     })
 }
 
 fn verdict(factor: Option<f64>, before: f64, after: f64) -> String {
     match factor {
         Some(factor) => format!(
-            "The machine accelerates with {:.0} % of what the setup declares: times of stretches that were not fitted are off by \
-             {before:.1} % with the declared one, {after:.1} % with this.",
+            "The machine accelerates with {:.0} % of what the setup declares: times of stretches that were not fitted \
+             are off by {before:.1} % with the declared one, {after:.1} % with this.",
             100.0 * factor
         ),
         None => format!("The declared accelerations hold: times of stretches of the log are off by {before:.1} %."),
     }
 }
 
-/// Median |error| of the times of stretches from sample `from` on, %; `None` with too few stretches.
+/// Median |error| of the times of stretches from sample `from` on, %; `None` if there are too few.
 fn error_of_times(prepared: &SimulatedProgram, log: &Log, aligned: &Aligned, from: usize, factor: f64) -> Option<f64> {
     let (declared, clock) = (
         Clock::new(&prepared.timeline, &prepared.slower, 1.0),

@@ -1,23 +1,23 @@
 //! Measured data → residual → named effect → process model.
 //!
-//! Rooms in the order of their dependence; each uses only those above it, and `tests/tidy.rs` watches that:
+//! Rooms in the order of their dependence; each uses only those above it (checked by `tests/tidy.rs`):
 //!
 //! | room | holds |
 //! |---|---|
-//! | [`report`] | the answer of a diagnosis as plain data |
-//! | [`regress`] | least squares, medians, random numbers: numbers without a meaning of their own |
+//! | [`report`] | the result of a diagnosis as plain data |
+//! | [`regress`] | least squares, medians, random numbers |
 //! | [`log`] | files of measured data: columns, a log over time, gaps, resultants of force components |
-//! | [`program`] | what the machine should be doing when, what is cut there, and what would be under another geometry |
+//! | [`program`] | the program over time with its engagement, as declared and with other geometries |
 //! | [`align`] | where in the program each sample of a log belongs: by position, by line number, by load |
-//! | [`dataset`] | one row a sample: reading, weight, covariates, the columns that coefficients multiply; from logs and tables |
-//! | [`model`] | base coefficients and effects fitted together, and judged on blocks left out of the fit |
-//! | [`diagnose`] | which effects the residual speaks for; what no effect explains |
-//! | [`runout`] | the runout that a log of peak forces shows, followed to its valley |
-//! | [`calibrate`] | coefficients from steady cuts, a record of forces or a load meter; the test cuts that would give them |
+//! | [`dataset`] | one row per sample: reading, weight, covariates, columns of the coefficients; from logs and tables |
+//! | [`model`] | base coefficients and effects fitted together, and their held-out errors |
+//! | [`diagnose`] | which effects explain the residual; what no effect explains |
+//! | [`runout`] | the runout that a log of peak forces shows |
+//! | [`calibrate`] | coefficients from steady cuts, a record of forces or a load meter; test cuts |
 //! | [`process_model`] | the process model that a diagnosis or a calibration supports |
 //! | [`machine_times`] | how the machine moves, from a log without a load |
 //! | [`session`] | the whole way from a log to its report |
-//! | [`evaluate`] | a model held against data that it has not seen |
+//! | [`evaluate`] | errors of a model on data that it was not fitted to |
 
 pub mod report;
 pub mod regress;

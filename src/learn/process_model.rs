@@ -1,7 +1,8 @@
-//! The process model that a diagnosis or a calibration supports, and where it comes from.
+//! The process model of a diagnosis or a calibration. In: report or calibration, job. Out: [`Process`], and comment
+//! lines on its origin.
 //!
-//! Normal and axial coefficients that were not measured keep their ratio to the tangential ones of the setup (or Xu's
-//! ratios where the setup has none).
+//! Radial and axial coefficients that were not measured keep the ratio to the tangential ones that the setup declares,
+//! or else the ratios of Xu, Jerard and Fussell ([`SHARES`]).
 
 use crate::effects::{Acts, Covariate, Place, named};
 use crate::learn::calibrate::Calibration;
@@ -11,7 +12,7 @@ use crate::learn::report::{Added, Estimate, LearnReport};
 use crate::machine::Job;
 use crate::machine::material::{EffectUse, ForceModel, LinearEdge, Process, SHARES};
 
-/// Model of a log or table; `None` where the data do not support one.
+/// Model of a log or table; `None` if the data do not support one.
 pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
     if !report.supports_model {
         return None;
@@ -37,8 +38,9 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
     })
 }
 
-/// The model of layers of a ball end. What their force follows with the cutting speed v of the layer, (v/1 m/s)^p, is the same
-/// power of the tool's own speed, which the effect in the model file has, times (r/R)^p.
+/// The layer model of a ball end. If its force depends on the cutting speed v of the layer by (v/1 m/s)^p, the model
+/// file needs the same power of the tool's own cutting speed, which the effect holds, times (r/R)^p with r the radius
+/// of the layer.
 fn layers(report: &LearnReport) -> Option<ForceModel> {
     let own = report.final_base.iter().filter(|v| TERMS.iter().any(|(name, _)| *name == v.name));
     let mut parameters: Vec<(String, f64)> = own.map(|v| (v.name.clone(), v.value)).collect();
@@ -52,7 +54,7 @@ fn layers(report: &LearnReport) -> Option<ForceModel> {
     (!parameters.is_empty()).then(|| ForceModel::Named { name: "layer".to_owned(), parameters })
 }
 
-/// Effects of a report, behind those on geometry and motion of the model that learning began from.
+/// Effects on geometry and motion of the model that learning began with, then the effects of the report.
 fn effects(report: &LearnReport, begun_from: &Process) -> Vec<EffectUse> {
     let found = report.effects.iter().chain(report.unnamed.iter().map(|u| &u.added));
     let found: Vec<EffectUse> = found.map(|added| in_use(added, report)).collect();
@@ -63,8 +65,8 @@ fn effects(report: &LearnReport, begun_from: &Process) -> Vec<EffectUse> {
     begun_from.effects.iter().filter(is_of_the_job).cloned().chain(found.clone()).collect()
 }
 
-/// An effect as a model file has it. An accident that may as well be something that stays acts from the beginning of
-/// the program on: until a cut has parted the two, the larger load is the safe one.
+/// An effect for a model file. An accident that is confounded with a permanent effect acts from the beginning of the
+/// program: until test cuts have separated the two, the larger load is assumed.
 fn in_use(added: &Added, report: &LearnReport) -> EffectUse {
     let effect = named(&added.name);
     let is_in_doubt = effect.is_some_and(|e| e.is_accident)
@@ -91,8 +93,7 @@ fn scaled(k_tc: f64, k_te: f64, declared: Option<LinearEdge>, k_rc: Option<f64>,
     }
 }
 
-/// Model of a calibration; `None` where something speaks against it, its parameters are not told apart, or are
-/// relative.
+/// Model of a calibration; `None` if there are doubts, or its parameters cannot be separated or are relative.
 pub fn of_calibration(result: &Calibration) -> Option<Process> {
     if !result.doubts.is_empty()
         || !result.indistinguishable.is_empty()
@@ -122,14 +123,14 @@ pub fn of_calibration(result: &Calibration) -> Option<Process> {
     })
 }
 
-/// Comment lines of a model file: what it rests on.
+/// Comment lines of a model file on the data it was fitted to.
 pub fn provenance(report: &LearnReport) -> String {
     let line = |v: &Estimate| format!("#   {} = {:.5} ± {:.2} {}\n", v.name, v.value, v.std_error, v.unit);
     let mut text = format!(
         "# samples: {} read, {} used; split: {}\n# held-out error: {:.4} before, {:.4} after\n# {}\n",
         report.samples, report.used, report.how, report.base_test.rmse, report.final_test.rmse, report.verdict
     );
-    report.told().iter().for_each(|v| text += &line(v));
+    report.determined_base().iter().for_each(|v| text += &line(v));
     text
 }
 

@@ -1,4 +1,4 @@
-//! What a diagnosis answers: plain data, one to one with the JSON report of `learn` and `learn-table`.
+//! The result of a diagnosis as plain data, one to one with the JSON report of `learn` and `learn-table`.
 
 /// Errors of a model on some samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -18,7 +18,7 @@ pub struct Estimate {
     pub name: String,
     /// Value.
     pub value: f64,
-    /// Standard error; infinite where the data cannot tell.
+    /// Standard error; infinite if the data do not determine it.
     pub std_error: f64,
     /// Unit.
     pub unit: String,
@@ -31,20 +31,20 @@ pub struct Added {
     pub name: String,
     /// Its parameters.
     pub parameters: Vec<Estimate>,
-    /// Chance of as much improvement without it.
+    /// Probability of such a gain without the effect.
     pub p_value: f64,
     /// Held-out error before.
     pub test_rmse_before: f64,
     /// Held-out error after.
     pub test_rmse_after: f64,
-    /// Why it was believed, one sentence.
+    /// Why it was accepted, one sentence.
     pub evidence: String,
 }
 
-/// What no effect of the list explains: a curve over a covariate.
+/// A curve over a covariate, for what no effect of the list explains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unnamed {
-    /// The effect that carries the curve into a model, with its errors.
+    /// The curve as an effect of a model, with its errors.
     pub added: Added,
     /// The covariate.
     pub covariate: String,
@@ -52,27 +52,27 @@ pub struct Unnamed {
     pub unit: String,
     /// "load" of the cut, "tare", or the whole "reading".
     pub multiplies: String,
-    /// (covariate, factor): straight between, level beyond, two at one place a step.
+    /// (covariate, factor): linear between, constant beyond; two knots at one value are a step.
     pub knots: Vec<[f64; 2]>,
-    /// A named effect that depends on the covariate too: the curve is what its form misses.
+    /// A named effect of the model that depends on the covariate too: the curve corrects its law.
     pub beside: Option<String>,
-    /// Covariates that go with this one here, so that a curve over each explains as much: likelier first.
+    /// Covariates correlated with this one, so that a curve over each explains as much; best first.
     pub rivals: Vec<String>,
-    /// The effect that this is in another form, where only one follows the covariate.
+    /// The only effect of the list that depends on the covariate, if the curve goes the way of its law.
     pub family: Option<String>,
     /// One sentence.
     pub said: String,
 }
 
 impl Unnamed {
-    /// What the curve says, what the load may follow in its place, and the cuts that would show which.
+    /// The curve in words, with its rivals and the cuts that would separate them.
     pub fn in_words(&self) -> String {
         if self.rivals.is_empty() {
             return self.said.clone();
         }
         format!(
-            "{}; or it follows {}, which goes with {} in this program: the same cut at other values of one of them alone \
-             shows which",
+            "{}; or it follows {}, which changes together with {} in this program: the same cut at other values of one \
+             of them alone shows which",
             self.said,
             self.rivals.join(" or "),
             self.covariate
@@ -80,7 +80,7 @@ impl Unnamed {
     }
 }
 
-/// An effect that was looked at and not added.
+/// An effect that was tried and not added.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rejected {
     /// Name.
@@ -101,24 +101,24 @@ pub struct Confounded {
 }
 
 impl LearnReport {
-    /// Names of what was found: effects by their laws, and those that a curve shows in another form.
+    /// Names of the effects found, and of those that curves are named after.
     pub fn names(&self) -> Vec<&str> {
         let laws = self.effects.iter().map(|e| e.name.as_str());
         laws.chain(self.unnamed.iter().filter_map(|u| u.family.as_deref())).collect()
     }
 
-    /// Base parameters of the final model, without those that it does without.
-    pub fn told(&self) -> Vec<Estimate> {
-        let is_told = |value: &&Estimate| self.left_out.iter().all(|left| left.name != value.name);
-        self.final_base.iter().filter(is_told).cloned().collect()
+    /// Base coefficients of the final model, without those that were left out.
+    pub fn determined_base(&self) -> Vec<Estimate> {
+        let is_determined = |value: &&Estimate| self.left_out.iter().all(|left| left.name != value.name);
+        self.final_base.iter().filter(is_determined).cloned().collect()
     }
 
-    /// The names among which nobody can tell, this one among them; `None`: it is asserted alone.
+    /// The group of confounded effects that this name belongs to; `None` if it is asserted alone.
     pub fn one_of(&self, name: &str) -> Option<&Confounded> {
         self.confounded.iter().find(|group| group.names.iter().any(|other| other == name))
     }
 
-    /// Curves that bear no name at all.
+    /// Curves that no effect's name is reported for.
     pub fn nameless(&self) -> impl Iterator<Item = &Unnamed> {
         self.unnamed.iter().filter(|u| u.family.is_none() && u.beside.is_none())
     }
@@ -166,30 +166,30 @@ pub struct Alignment {
     pub stretch: f64,
     /// position, line, block or load.
     pub method: String,
-    /// Standard uncertainty of where a sample belongs, s: the median over the samples that belong somewhere.
+    /// Standard uncertainty of the program time of a sample, s: median over the samples placed in the program.
     pub uncertainty_s: f64,
     /// The same by stretches of the log: ([from, to], uncertainty), s.
     pub stretches: Vec<([f64; 2], f64)>,
-    /// Samples that belong to no place of the program: before it begins, while it is held, and after it ends.
+    /// Samples outside the program: before it begins, while it is held, and after it ends.
     pub outside: [usize; 3],
     /// Pauses found: (time in the log, length), s.
     pub pauses: Vec<(f64, f64)>,
 }
 
-/// A stretch of a log in which the machine did not run as the program has it.
+/// A stretch of a log in which the machine did not run at the predicted feed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeedEvent {
     /// Time in the log, s.
     pub time_s: [f64; 2],
     /// Lines of the program, 1-based.
     pub lines: [u32; 2],
-    /// Feed over the predicted one; 0: the tool stood.
+    /// Feed over the predicted one; 0: the tool stood still.
     pub ratio: f64,
 }
 
 impl FeedEvent {
     /// One sentence.
-    pub fn said(&self) -> String {
+    pub fn in_words(&self) -> String {
         let [from, to] = self.time_s;
         let [first, last] = self.lines;
         let lines = if first == last { format!("line {first}") } else { format!("lines {first} to {last}") };
@@ -209,13 +209,13 @@ impl FeedEvent {
 pub struct Window {
     /// Start and end, s.
     pub time_s: [f64; 2],
-    /// Cutting coefficients over those of the whole, with standard error.
+    /// Factor on the cutting terms fitted to the whole log, with standard error.
     pub cutting: [f64; 2],
-    /// Edge coefficients over those of the whole, with standard error.
+    /// Factor on the edge terms, with standard error.
     pub edge: [f64; 2],
 }
 
-/// The whole answer.
+/// The report of `learn`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LearnReport {
     /// Samples read.
@@ -224,15 +224,15 @@ pub struct LearnReport {
     pub used: usize,
     /// Samples with reduced weight.
     pub down_weighted: usize,
-    /// Samples in the fit, and in the judgement.
+    /// Samples in the fit.
     pub train: usize,
-    /// Samples in the judgement.
+    /// Samples kept for the judgement; all samples if each is held out in turn.
     pub test: usize,
     /// How they were split.
     pub how: String,
     /// Alignment, for logs.
     pub alignment: Option<Alignment>,
-    /// Where the log shows that the machine stood, or ran at another feed than predicted.
+    /// Where the machine stood still, or ran at another feed than predicted.
     pub events: Vec<FeedEvent>,
     /// Base parameters.
     pub base: Vec<Estimate>,
@@ -244,13 +244,13 @@ pub struct LearnReport {
     pub base_test: Errors,
     /// Effects added, in order.
     pub effects: Vec<Added>,
-    /// What no named effect explains, in the order found.
+    /// Curves without a name, in the order found.
     pub unnamed: Vec<Unnamed>,
     /// Effects not added.
     pub rejected: Vec<Rejected>,
-    /// Effects that could stand for each other.
+    /// Groups of effects that the data cannot separate.
     pub confounded: Vec<Confounded>,
-    /// What the named effects leave; `None`: nothing.
+    /// Structure that the named effects leave; `None`: none.
     pub unexplained: Option<Unexplained>,
     /// Errors of the final model.
     pub final_train: Errors,
@@ -260,32 +260,32 @@ pub struct LearnReport {
     pub channels: Vec<ChannelError>,
     /// Base parameters of the final model.
     pub final_base: Vec<Estimate>,
-    /// Base parameters that the cuts do not tell, and that it does without, as they were with it.
+    /// Base coefficients that the cuts do not determine and that were left out, with their last values.
     pub left_out: Vec<Estimate>,
     /// Least radius of a layer over that of its ball, for tables of layers.
     pub least_radius: Option<f64>,
     /// Covariance of the final base parameters.
     pub covariance: Vec<Vec<f64>>,
-    /// Spindle speed that the tare belongs to, rev/s; `None` where nothing has a tare.
+    /// Spindle speed that the tare belongs to, rev/s; `None` if nothing has a tare.
     pub tare_rps: Option<f64>,
-    /// Noise of neighbouring readings, unit of the reading; `None` where it cannot be told.
+    /// Noise of neighbouring readings, unit of the reading; `None` if it is not known.
     pub noise_floor: Option<f64>,
-    /// What stays unexplained of a cut's load on held-out data, as a share of it, without the noise of the sensor; `None`
-    /// where too little was held out.
+    /// Relative error of the predicted load of a cut on held-out data, without the noise of the sensor; `None` if too
+    /// little was held out.
     pub scatter: Option<f64>,
-    /// By tool: the highest feed per tooth of its cuts, mm.
+    /// Highest feed per tooth of the cuts of each tool, mm.
     pub feed_per_tooth_mm: Vec<(u32, f64)>,
     /// Other kinds of cut.
     pub transfer: Vec<Transfer>,
     /// Coefficients over time.
     pub windows: Vec<Window>,
-    /// What the windows say, if anything.
+    /// Wear or chipping that the windows show, if any.
     pub wear: Option<String>,
     /// What was noticed about the data.
     pub warnings: Vec<String>,
     /// Models that were fitted.
     pub variants_tried: usize,
-    /// False where the data do not support a model file.
+    /// False if the data do not support a model file.
     pub supports_model: bool,
     /// One sentence.
     pub verdict: String,

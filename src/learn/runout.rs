@@ -1,10 +1,11 @@
-//! The exact runout behind the peak forces of a log. In: the effects found, with coefficients; what works out the forces for any
-//! runout. Out: data whose forces are taken about the runout that leaves the least.
+//! Runout from the peak forces of a log. In: the effects found, with coefficients; a function that computes the data
+//! for any runout. Out: data whose forces are linearised about the runout of least squares.
 //!
-//! A peak force belongs to one tooth, and to another one as the runout turns: so the squares have several valleys over the direction
-//! of the runout, and between two runouts of a grid a force is not linear. The valleys are first looked for at the offset that was
-//! found, in all directions; each of the deepest is then followed by damped Gauss–Newton steps, the forces worked out anew at every
-//! place, in a grid that narrows. Each measured quantity is weighted by what the best fit so far leaves of it.
+//! Which tooth causes the peak force depends on the direction of the runout. The squares therefore have several local
+//! minima over that direction, and a force is not linear between two runouts of a grid. First the minima are located at
+//! the offset that was found, in all directions; then each of the best is refined by damped Gauss–Newton steps, with
+//! the forces computed again at every step in a narrower grid. Each measured quantity is weighted by its residual
+//! variance in the best fit so far.
 
 use crate::effects::Geometry;
 use crate::learn::dataset::samples::Data;
@@ -15,38 +16,38 @@ use crate::learn::program::runout_grid::RunoutGrid;
 use crate::machine::material::LinearEdge;
 use rayon::prelude::*;
 
-/// Ways that the search begins at, over the pitch.
+/// Start directions over one pitch of the teeth.
 const WAYS: usize = 16;
-/// Rounds of a fit.
+/// Most iterations of a fit.
 const ROUNDS: usize = 12;
-/// Valleys that are followed, and how far apart two are at least, pitches.
+/// Local minima that are refined, and their least distance, pitches.
 const FOLLOWED: usize = 3;
 const APART: f64 = 0.08;
-/// Steps down each of them, and down the deepest.
+/// Most steps for each of them, and for the best.
 const STEPS: [usize; 2] = [1, 4];
-/// How the grid narrows, and how a step that failed does.
+/// Factor on the reach of the grid from step to step, and on a step that failed.
 const NARROWER: f64 = 0.5;
 
-/// Where a valley is stood in.
+/// A runout with its data.
 struct Place {
     data: Data,
-    /// Fitted with this very runout.
+    /// The fit with this runout fixed.
     fitted: Fitted,
-    /// Reach of the grid of `data`.
+    /// Reach of the grid of `data`; see [`RunoutGrid::about`].
     reach: f64,
 }
 
 /// The search.
 struct Search<'a, F> {
-    /// Data of the log with the forces taken about the runouts of a grid, at these coefficients.
+    /// The data with the forces linearised about the runouts of a grid, at these coefficients.
     about: &'a F,
-    /// Which of the effects is the runout.
+    /// Index of the runout among the effects.
     own: usize,
-    /// What weighs the measured quantities: data and their best fit.
+    /// Weighted data, and their best fit.
     weights: (Data, Fitted),
 }
 
-/// Data about the runout that leaves the least; `effects` holds the one found so far.
+/// The data linearised about the runout of least squares; `effects` contains the runout found so far.
 pub(in crate::learn) fn data_about_best_runout<F>(
     effects: &[FittedEffect],
     coefficients: LinearEdge,
@@ -88,7 +89,7 @@ impl<F: Fn(RunoutGrid, LinearEdge) -> Data + Sync> Search<'_, F> {
         [0, 1].map(|k| fitted.model.effects[self.own].values[k])
     }
 
-    /// The deepest of these fits, which come by their squares, that point different ways.
+    /// The best of these fits (sorted by their squares) whose directions differ by at least [`APART`].
     fn distinct(&self, fits: Vec<Fitted>) -> Vec<Fitted> {
         let mut kept: Vec<Fitted> = Vec::new();
         for each in fits {
@@ -100,14 +101,14 @@ impl<F: Fn(RunoutGrid, LinearEdge) -> Data + Sync> Search<'_, F> {
         kept
     }
 
-    /// The effects with this runout, to be fitted or as it is.
+    /// The effects with this runout, fitted (`free`) or fixed.
     fn with_runout(&self, effects: &[FittedEffect], runout: [f64; 2], free: bool) -> Vec<FittedEffect> {
         let mut all = effects.to_vec();
         all[self.own] = FittedEffect { values: runout.to_vec(), free: vec![free; 2], ..all[self.own].clone() };
         all
     }
 
-    /// The forces taken about the runout of a fit.
+    /// The data linearised about the runout of a fit.
     fn place(&self, at: &Fitted, reach: f64) -> Option<Place> {
         let runout = self.runout(at);
         let coefficients = coefficients(&self.weights.0, at);
@@ -117,7 +118,7 @@ impl<F: Fn(RunoutGrid, LinearEdge) -> Data + Sync> Search<'_, F> {
         Some(Place { data, fitted, reach })
     }
 
-    /// Down a valley, by so many places at most.
+    /// Damped Gauss–Newton steps to lower squares, at most `steps`.
     fn followed(&self, from: Place, steps: usize) -> Option<Place> {
         let mut at = from;
         let mut share = 1.0;
@@ -137,13 +138,13 @@ impl<F: Fn(RunoutGrid, LinearEdge) -> Data + Sync> Search<'_, F> {
         Some(at)
     }
 
-    /// The same data, weighed alike whatever they were taken about.
+    /// The data with the weights of the search, so that squares are comparable.
     fn weighed(&self, data: Data) -> Data {
         Data { weight: self.weights.0.weight.clone(), ..data }
     }
 }
 
-/// Coefficients in the plane of a fit.
+/// Fitted coefficients in the plane.
 fn coefficients(data: &Data, fitted: &Fitted) -> LinearEdge {
     let value = |name: &str| data.base.iter().position(|b| b.name == name).map_or(0.0, |b| fitted.model.base[b]);
     let [k_tc, k_rc, k_te, k_re] = ["k_tc", "k_rc", "k_te", "k_re"].map(value);

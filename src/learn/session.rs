@@ -1,4 +1,5 @@
-//! The whole of `learn`: a program, a job and a measured log in; a [`LearnReport`] and the process model out.
+//! The whole of `learn`. In: a program, a job, a measured log. Out: [`LearnReport`], from which the process model
+//! follows.
 
 use crate::engage::{EngageError, Loader};
 use crate::learn::align::frame::in_work_frame;
@@ -15,7 +16,7 @@ use crate::learn::diagnose::{Options, diagnose};
 use crate::learn::log::columns::DataError;
 use crate::learn::log::resultant::MEAN_FORCE;
 use crate::learn::log::resultant::{Sample, resultant};
-use crate::learn::log::signal::refuse_dead;
+use crate::learn::log::signal::reject_dead_signals;
 use crate::learn::log::{Log, read_any_log};
 use crate::learn::machine_times::times_alone;
 use crate::learn::model::cross_validation::by_blocks;
@@ -39,9 +40,9 @@ use crate::machine::material::LinearEdge;
 pub struct LogOptions {
     /// Columns renamed: (theirs, ours).
     pub mapping: Vec<(String, String)>,
-    /// What a sample of a force is, and over which time, s.
+    /// What a sample of a force is: instantaneous, mean or peak.
     pub sample: Sample,
-    /// Window of that sample, s.
+    /// Time over which that sample is taken, s.
     pub window_s: Option<f64>,
     /// The diagnosis.
     pub diagnosis: Options,
@@ -58,17 +59,17 @@ pub enum LearnError {
     Engage(#[from] EngageError),
 }
 
-/// Stretches of a log for which the uncertainty of the alignment is said.
+/// Number of stretches of a log for which the uncertainty of the alignment is reported.
 const STRETCHES: usize = 20;
-/// Rounds in which the cut is simulated anew with the stock and the tool that were found.
-const GROWN_ROUNDS: usize = 2;
+/// Most rounds in which the cut is simulated again with the stock and tool sizes that were found.
+const SIZE_ROUNDS: usize = 2;
 
-/// What was learned, and from what.
+/// The report with its data.
 #[derive(Debug, Clone)]
 pub struct Learned {
-    /// The answer.
+    /// The report.
     pub report: LearnReport,
-    /// The aligned data behind it.
+    /// The aligned data it rests on.
     pub data: Data,
 }
 
@@ -99,7 +100,7 @@ pub fn run(
     Ok(learned)
 }
 
-/// Learns from a log that was read, with what was prepared for its program.
+/// Learns from a log that was read, with its program already simulated.
 #[cfg(feature = "rooms")]
 pub fn learn(
     prepared: &SimulatedProgram,
@@ -120,7 +121,7 @@ pub fn learn_with_data(
     options: &LogOptions,
     loader: Option<Loader>,
 ) -> Result<Learned, LearnError> {
-    refuse_dead(log)?;
+    reject_dead_signals(log)?;
     let (mut data, aligned, mut lowered) = dataset_of(prepared, job, log, channels)?;
     let answer = |data: &Data| {
         diagnose(data, &by_blocks(data, "stretch of time"), &options.diagnosis)
@@ -128,7 +129,7 @@ pub fn learn_with_data(
     };
     let mut report = answer(&data)?;
     let (mut sizes, mut others) = (SizeChanges::usual(job), prepared.others.clone());
-    for _ in 0..GROWN_ROUNDS {
+    for _ in 0..SIZE_ROUNDS {
         let Some(found) = SizeChanges::found(job, &changes(&report.effects)).filter(|found| !found.is_near(&sizes))
         else {
             break;
@@ -165,12 +166,12 @@ pub fn learn_with_data(
     }
     if let Some(base) = crate::learn::model::fit::fit(&data, &[], 0) {
         report.windows = crate::learn::diagnose::over_time::windows(&data, &base);
-        report.wear = crate::learn::diagnose::over_time::said(&report.windows);
+        report.wear = crate::learn::diagnose::over_time::in_words(&report.windows);
     }
     Ok(Learned { report, data })
 }
 
-/// The aligned data of a log.
+/// The data of a log, its alignment, and the number of samples of reduced weight.
 pub fn dataset_of(
     prepared: &SimulatedProgram,
     job: &Job,
@@ -195,7 +196,7 @@ struct LogData<'a> {
 }
 
 impl LogData<'_> {
-    /// The data of a log in which a runout was found, with the forces taken about it; `None` where there is none.
+    /// The data of a log in which a runout was found, with the forces linearised about it; `None` if there is none.
     fn about_the_runout(&self, report: &LearnReport) -> Option<Data> {
         let wanted = self.prepared.forces.filter(|_| self.channels.force_xy.is_some())?;
         let effects: Vec<FittedEffect> = report.effects.iter().filter_map(in_model).collect();
@@ -210,7 +211,7 @@ impl LogData<'_> {
         data_about_best_runout(&effects, coefficients, &|grid, k| self.about(grid, k, wanted))
     }
 
-    /// The data with the forces taken about the runouts of a grid, at these coefficients.
+    /// The data with the forces linearised about the runouts of a grid, at these coefficients.
     fn about(&self, grid: RunoutGrid, coefficients: LinearEdge, wanted: Sample) -> Data {
         let (prepared, about) = (self.prepared, About { grid, coefficients: Some(coefficients) });
         let timeline = prepared.timeline.with_runouts(&prepared.path, &prepared.map, self.job, wanted, about);
@@ -219,7 +220,7 @@ impl LogData<'_> {
     }
 }
 
-/// A log tied to its program: by position, by line, or by its load.
+/// Aligns a log with its program: by position, by line, or by its load.
 pub fn aligned(prepared: &SimulatedProgram, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
     let by_position = by_position(log, &prepared.timeline).map(|aligned| {
         let acceleration = acceleration_shown(log, &aligned.program_s, &prepared.timeline, &prepared.slower);
@@ -230,7 +231,7 @@ pub fn aligned(prepared: &SimulatedProgram, job: &Job, log: &Log, channels: &Cha
         .map_or_else(|| found_by_load(prepared, job, log, channels), Ok)
 }
 
-/// The log found in the program by its load.
+/// Aligns a log by its load.
 fn found_by_load(
     prepared: &SimulatedProgram,
     job: &Job,
@@ -239,7 +240,7 @@ fn found_by_load(
 ) -> Result<Aligned, LearnError> {
     let index = channels.spindle.map(|(k, ..)| k).or(channels.force_xy);
     let unfit = |why: &str| LearnError::from(DataError::Unfit(why.into()));
-    let index = index.ok_or_else(|| unfit("the log measures nothing that a load can be compared with"))?;
+    let index = index.ok_or_else(|| unfit("the log has no measured load to compare with"))?;
     by_load(log, index, &prepared.known(job)).ok_or_else(|| unfit("the log is too short to be found in the program"))
 }
 
@@ -258,7 +259,7 @@ fn alignment_of(aligned: &Aligned, log: &Log) -> Alignment {
     }
 }
 
-/// Uncertainty of the samples within the program, by [`STRETCHES`] of the log.
+/// Root mean square uncertainty of the placed samples in each of [`STRETCHES`] parts of the log.
 fn stretches(aligned: &Aligned, log: &Log) -> Vec<([f64; 2], f64)> {
     let placed: Vec<usize> = (0..log.time_s.len()).filter(|i| aligned.program_s[*i].is_finite()).collect();
     let stretch = |members: &[usize]| {
@@ -269,7 +270,7 @@ fn stretches(aligned: &Aligned, log: &Log) -> Vec<([f64; 2], f64)> {
     placed.chunks(placed.len().div_ceil(STRETCHES).max(1)).map(stretch).collect()
 }
 
-/// How many samples are before the first that is placed, between placed ones, and after the last.
+/// Number of samples before the first placed one, of unplaced ones between placed ones, and after the last.
 fn outside(aligned: &Aligned) -> [usize; 3] {
     let placed: Vec<bool> = aligned.program_s.iter().map(|t| t.is_finite()).collect();
     let all = placed.len();

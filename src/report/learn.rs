@@ -60,7 +60,7 @@ pub fn learn_words(r: &LearnReport) -> String {
             "  left out: {before} samples before the program begins, {held} while it is held, {after} after it ends\n"
         );
     }
-    text += &lines(&r.told());
+    text += &lines(&r.determined_base());
     for v in &r.left_out {
         text += &format!(
             "  without {}: these cuts do not tell it ({:.5} ± {:.2} {}), and cuts left out are predicted better without\n",
@@ -88,7 +88,7 @@ pub fn learn_words(r: &LearnReport) -> String {
             100.0 * scatter
         );
     }
-    r.events.iter().for_each(|event| text += &format!("event: {}\n", event.said()));
+    r.events.iter().for_each(|event| text += &format!("event: {}\n", event.in_words()));
     r.wear.iter().chain(&r.warnings).for_each(|note| text += &format!("note: {note}\n"));
     text
 }

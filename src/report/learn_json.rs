@@ -361,7 +361,7 @@ impl EventPart {
             time_s: event.time_s,
             lines: event.lines,
             feed_ratio: event.ratio,
-            said: event.said(),
+            said: event.in_words(),
         }
     }
 }

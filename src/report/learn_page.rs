@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::html::{folded, key, page, table, words};
 use super::learn::learn_words;
 use super::number::short;
-use crate::learn::diagnose::curves::{CovariateCurve, Curves, Trace};
+use crate::learn::diagnose::plotted::{CovariateCurve, Curves, Trace};
 use crate::learn::report::{Estimate, LearnReport};
 
 /// Colours of the style, which are others in the dark.
@@ -192,7 +192,7 @@ fn alignment(report: &LearnReport) -> Markup {
         vec!["uncertainty of a sample's place".to_owned(), format!("{:.3} s", found.uncertainty_s)],
         vec!["samples before, held, after".to_owned(), format!("{before}, {held}, {after}")],
     ];
-    rows.extend(report.events.iter().map(|event| vec!["event".to_owned(), event.said()]));
+    rows.extend(report.events.iter().map(|event| vec!["event".to_owned(), event.in_words()]));
     words("Alignment", &["", ""], &rows)
 }
 

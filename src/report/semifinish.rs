@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::json::{AssumptionPart, assumption_parts};
 use super::number::short;
-use crate::finish::semifinish::{Answer, CALIBRATED_MM, Gouge, Round, Seen, Wanted};
+use crate::finish::semifinish::{Answer, CALIBRATED_MM, Gouge, Round, StretchLoads, Wanted};
 use crate::force::Loads;
 use crate::machine::Job;
 use crate::machine::material::ForceModel;
@@ -176,7 +176,7 @@ struct PathPart {
 }
 
 /// Deflection along the normal: that in the plane, in the direction of the mean force, as the surface sees it.
-fn along_normal(loads: &Loads, seen: &Seen, dir: [f64; 2]) -> f64 {
+fn along_normal(loads: &Loads, seen: &StretchLoads, dir: [f64; 2]) -> f64 {
     let [along, left, _] = loads.mean_force_n;
     let size = along.hypot(left);
     if size <= 0.0 {

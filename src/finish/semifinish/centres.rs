@@ -1,35 +1,35 @@
-//! Where the centre of a ball goes. In: the curves of feed moves in the common frame, the radius. Out: short straight pieces of the
-//! path of the centre, by place; and for a point the piece from which the ball reaches furthest over it.
+//! Path of the centre of a ball end mill. In: the curves of feed moves in the common frame, the radius. Out: short
+//! straight pieces of that path in a grid of cells; for a point the nearest place on them.
 //!
-//! A ball with its shank keeps clear what lies within R of its centre, and above the centre what lies within R of its axis. So
-//! with c(s) the centre, a point x lies on the surface that a pass leaves where the least over s of d(x, c(s)) is R; d is the
-//! distance in space below the height of the centre, and in the plane above it.
+//! A ball of radius R with its shank removes everything within R of its centre, and above the centre everything within
+//! R of its axis. A point x therefore lies on the surface that the path c(s) leaves if min over s of d(x, c(s)) is R; d
+//! is the distance in space below the height of the centre, and in the plane above it.
 
 use crate::path::{Curve, Vec3};
 
 /// Chords of an arc stay within this of it, mm.
 const SAGITTA_MM: f64 = 2e-4;
-/// Sine of the angle to the surface by which pieces may differ that run along it alike: three degrees.
+/// Pieces whose angles to the surface differ by less than this (sine; three degrees) run equally along it.
 const AS_LEVEL: f64 = 0.05;
-/// Sides of the cells in which pieces are looked for, in radii.
+/// Side of the cells of the grid, in radii.
 const CELL: f64 = 1.0 / 3.0;
 
 /// A straight piece of the path of a centre.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     ends: [Vec3; 2],
-    /// Its curve, by the number given.
+    /// Number of its curve.
     of: u32,
     /// Its ends along the curve, mm.
     s_mm: [f64; 2],
 }
 
-/// A place on the path from which a point is reached.
+/// The place on the path nearest to a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearest {
     /// d(x, c), mm.
     pub distance_mm: f64,
-    /// The curve, by the number given.
+    /// Number of the curve.
     pub of: u32,
     /// The place along it, mm.
     pub s_mm: f64,
@@ -37,14 +37,14 @@ pub struct Nearest {
     pub centre: Vec3,
 }
 
-/// The path of a centre by cells in the plane.
+/// The path of a centre in a grid of cells in the plane.
 #[derive(Debug, Default)]
 pub struct Centres {
     pieces: Vec<Piece>,
     low: [f64; 2],
     cell_mm: f64,
     across: [usize; 2],
-    /// Where the pieces of each cell begin in `listed`, and one more.
+    /// Start of the pieces of each cell in `listed`, and the end of the last.
     first: Vec<u32>,
     listed: Vec<u32>,
 }
@@ -139,7 +139,7 @@ impl Centres {
         out.dedup();
     }
 
-    /// The place among these pieces from which the ball reaches furthest over a point.
+    /// The place on these pieces with the least d(x, c).
     pub fn nearest(&self, pieces: &[u32], x: Vec3) -> Option<Nearest> {
         let mut best: Option<Nearest> = None;
         for index in pieces {
@@ -155,13 +155,14 @@ impl Centres {
         best
     }
 
-    /// Distance from the pass nearest to a place to the next pass beside it, in the plane normal to `normal`; `None` where there is
-    /// none within `reach_mm`. A piece beside it lies more than `across` of its distance off the direction of the path.
+    /// Distance from the pass nearest to a place to the neighbouring pass, in the plane normal to `normal`; `None` if
+    /// there is none within `reach_mm`. `across`: largest cosine of the angle between the way to a neighbour and the
+    /// direction of the path.
     pub fn spacing(&self, at: Vec3, normal: Vec3, reach_mm: f64, across: f64) -> Option<f64> {
         self.beside(at, normal, reach_mm, across).map(|way| (way - normal * way.dot(&normal)).norm())
     }
 
-    /// The way to that pass.
+    /// The vector to that pass.
     pub fn beside(&self, at: Vec3, normal: Vec3, reach_mm: f64, across: f64) -> Option<Vec3> {
         let mut near = Vec::new();
         self.near(at, reach_mm, &mut near);
@@ -174,14 +175,15 @@ impl Centres {
             let (t, off) = closest(b - a, from - a, false);
             let way = a + (b - a) * t - from;
             let level = way - normal * way.dot(&normal);
-            // Another pass, not the plunge that one begins with.
+            // Only passes, not the plunges at their ends.
             let runs_along = (b - a).dot(&along).abs() > across * (b - a).norm();
             (off > 1e-6 && runs_along && level.dot(&along).abs() < across * level.norm()).then_some((level.norm(), way))
         });
         beside.reduce(|a, b| if b.0 < a.0 { b } else { a }).map(|(_, way)| way)
     }
 
-    /// The nearest of the pieces that run most nearly along the surface: a pass, not the plunge it begins with, which may be nearer.
+    /// The nearest piece of a pass: of those that run most nearly along the surface, since the plunge of a pass may be
+    /// nearer.
     fn nearest_piece(&self, pieces: &[u32], at: Vec3, normal: Vec3) -> Option<u32> {
         let ends = |piece: &u32| self.pieces[*piece as usize].ends;
         let off = |piece: &u32| closest(ends(piece)[1] - ends(piece)[0], at - ends(piece)[0], false).1;
@@ -195,7 +197,7 @@ impl Centres {
 }
 
 impl Piece {
-    /// The place (0 … 1) from which a point is reached best, and d(x, c) there.
+    /// The place (0 … 1) of least d(x, c), and d there.
     fn distance(&self, x: Vec3) -> (f64, f64) {
         let [a, b] = self.ends;
         let along = b - a;
@@ -208,7 +210,7 @@ impl Piece {
     }
 }
 
-/// The place on a line from the origin nearest to `x`, in space or in the plane, and its distance.
+/// The place (0 … 1) on a line from the origin nearest to `x`, in space or in the plane (`level`), and its distance.
 fn closest(along: Vec3, x: Vec3, level: bool) -> (f64, f64) {
     let flat = |v: Vec3| if level { Vec3::new(v.x, v.y, 0.0) } else { v };
     let (along, x) = (flat(along), flat(x));
@@ -237,7 +239,7 @@ mod tests {
             assert_eq!(found.of, of);
             assert!((found.distance_mm - 3.0).abs() < 1e-12 && (found.s_mm - 17.3).abs() < 1e-12);
         }
-        // Above the centre the shank counts.
+        // Above the centre the distance is that from the shank's axis.
         centres.near(Vec3::new(2.0, 5.0, 3.0), 4.0, &mut near);
         let beside = centres.nearest(&near, Vec3::new(5.0, 5.0, 9.0)).expect("a pass");
         assert_eq!((beside.of, beside.distance_mm), (2, 3.0));

@@ -1,41 +1,43 @@
-//! Does the moved semi-finish cut below what the finish leaves? In: the stock as the finish alone leaves it, as the semi-finish left
-//! it, and as the moved one does, on the same cells. Out: the cells on which it does, and how deep.
+//! Gouge check: does the moved semi-finish cut below the finished surface? In: height fields after the finish alone,
+//! after the original and after the moved semi-finish, on the same cells. Out: the number of gouged cells, and the
+//! depth.
 //!
-//! Heights of cells are exact at their middles. The finished surface is where the finish cuts deeper than the semi-finish as it came
-//! did, by at least a part of what is usual ([`PART`]), both along the normal of what the finish leaves. Beside it, at the far side of
-//! the ball on the first and last pass, the moved one may reach further than both: that is told apart, for whether it matters only the
-//! drawing says. There the normal of the ball stands at a right angle to that of the surface; a ball that is moved by t runs along it,
-//! and deeper by t²/2R. (Along Z there is as much stock at the far side as anywhere: a ball that is lifted by t is so all around.)
+//! Heights of cells are exact at their middles. A cell belongs to the finished surface if the finish cuts below the
+//! original semi-finish by at least a part of the usual depth ([`PART`]), measured along the normal of the finished
+//! surface. Beside that surface, on the far side of the ball in the first and last pass, the moved semi-finish may cut
+//! below both. This is reported separately, as only the drawing shows whether it matters: there the normal of the ball
+//! is perpendicular to that of the surface, and a ball moved by t along the surface normal cuts deeper by t²/2R.
+//! (Measured along Z, a lifted ball leaves the same stock on its far side as elsewhere.)
 
 use crate::stock::{Piece, UNTOUCHED};
 
-/// Depth along the normal of the surface that counts, mm: half an increment of 0.001 mm in X, Y and Z each, and the 0.1 µm of heights
-/// kept in single precision.
+/// Least depth of a gouge along the surface normal, mm: above the rounding of half an increment of 0.001 mm in each of
+/// X, Y and Z, and 0.1 µm of heights in single precision.
 const DEEP_MM: f32 = 0.001;
 
-/// Part of the stock usually left (the median) from which a cell is one of the finished surface, and not of the far side of the ball:
-/// there the stock is that share of the usual one that the cosine between both normals is, 0 at the right angle. Moved by t ≤ R/2 the
-/// ball stays above where that is a quarter.
+/// Least stock of a cell of the finished surface, over the median stock. On the far side of the ball the stock is the
+/// median times the cosine between the normals of ball and surface, 0 at a right angle; moved by t ≤ R/2 the ball does
+/// not cut deeper where that is at least a quarter.
 const PART: f32 = 0.25;
 
-/// What was found.
+/// Result of the check.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Gouge {
     /// Cells of the finished surface.
     pub cells: usize,
-    /// Of these, cells that the moved semi-finish leaves lower.
+    /// Of these, gouged cells.
     pub gouged: usize,
     /// Largest depth below, along the normal, mm.
     pub deepest_mm: f64,
     /// Middle of that cell, mm.
     pub at: [f64; 2],
-    /// Cells beside the finished surface that the moved semi-finish leaves lower than finish and semi-finish as they came.
+    /// Cells beside the finished surface where the moved semi-finish cuts below both finish and original semi-finish.
     pub beside: usize,
-    /// Largest depth below there, along Z, mm.
+    /// Largest depth there, along Z, mm.
     pub beside_mm: f64,
 }
 
-/// Holds the moved semi-finish against the finish alone, and against itself as it came.
+/// Compares the moved semi-finish with the finish alone and with the original semi-finish.
 pub fn gouge(finish: &[Piece], semi: &[Piece], moved: &[Piece]) -> Gouge {
     let mut found = Gouge::default();
     for ((finish, semi), moved) in finish.iter().zip(semi).zip(moved) {
@@ -74,7 +76,7 @@ pub fn gouge(finish: &[Piece], semi: &[Piece], moved: &[Piece]) -> Gouge {
     found
 }
 
-/// The vertical part of the normal at a cell: of the slopes to the cells beside it, either way, the gentler counts.
+/// The z component of the surface normal at a cell, from the gentler of the two slopes in each of x and y.
 fn upright(heights: &[f32], k: usize, across: usize, cell_mm: [f64; 2]) -> f32 {
     let column = k % across;
     let along_x = [(column > 0).then(|| k - 1), (column + 1 < across).then_some(k + 1)];
@@ -88,7 +90,8 @@ fn upright(heights: &[f32], k: usize, across: usize, cell_mm: [f64; 2]) -> f32 {
     (1.0 + x * x + y * y).sqrt().recip() as f32
 }
 
-/// Stock along the normal from which a cell belongs to the finished surface, mm; `left`: that of every cell that the finish cuts.
+/// Least stock along the normal of a cell of the finished surface, mm; `left`: stock of every cell that the finish
+/// cuts.
 fn least_left(mut left: Vec<f32>) -> f32 {
     let middle = left.len() / 2;
     if left.is_empty() {
@@ -102,7 +105,8 @@ fn least_left(mut left: Vec<f32>) -> f32 {
 mod tests {
     use super::*;
 
-    /// A plane of 45° over 4 by 4 cells, and a step in it: the normal is that of the plane up to the foot of the step.
+    /// A plane of 45° over 4 by 4 cells, and then a step in it: up to the foot of the step the normal is that of the
+    /// plane.
     #[test]
     fn depth_is_along_the_normal_of_the_gentler_side() {
         let mut heights: Vec<f32> = (0..16).map(|k| 0.1 * (k % 4) as f32).collect();

@@ -1,19 +1,19 @@
-//! Points of the semi-finish path that can be offset. In: its motions, which of its moves may be written anew. Out: the knots, and
-//! the curves that follow from offsets at them.
+//! Points of the semi-finishing path that can be offset. In: its motions, which of its moves may be rewritten. Out: the
+//! knots, and the curves with offsets.
 //!
-//! A straight move has a knot at its end; an arc has knots on the way as well, for what it meets turns with it. The offset of a knot
-//! is its amount along the normal there; between knots it runs linearly along the path. A line stays a line, so its two ends are
-//! all that can be chosen. An arc stays an arc where one through its offset ends and middle follows the offset path within the
-//! tolerance; else chords take its place.
+//! A straight move has a knot at its end; an arc has knots along it too, because the surface it leaves turns with it.
+//! The offset of a knot is an amount along the normal there, interpolated linearly along the path. A line stays a line
+//! between its offset ends. An arc stays an arc if the one through its offset start, middle and end follows the offset
+//! path within the tolerance; otherwise it is replaced by chords.
 
 use crate::nc::{MoveKind, Toolpath};
 use crate::path::{Arc, Curve, Vec3};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-/// Longest way between knots on an arc, mm: a semi-finishing allowance is chosen to change little over it.
+/// Largest distance between knots on an arc, mm: the stock changes little over it.
 const ALONG_MM: f64 = 2.0;
-/// Places on an arc, per knot interval, at which it is held against the offset path.
+/// Points per knot interval at which an arc is compared with the offset path.
 const LOOKS: usize = 8;
 
 /// A point of the path.
@@ -23,7 +23,7 @@ pub struct Knot {
     pub of: u32,
     /// Its place along the move, mm.
     pub s_mm: f64,
-    /// The tip of the tool there.
+    /// Position of the tip there, mm.
     pub at: Vec3,
     /// May it be offset?
     pub free: bool,
@@ -34,13 +34,13 @@ pub struct Knot {
 pub struct Knots {
     /// In order along the path.
     pub list: Vec<Knot>,
-    /// Knots of each move: those on the way and the one at its end; it begins at the knot before them.
+    /// Knots of each move, the last at its end; it starts at the knot before them.
     pub of_move: Vec<Range<u32>>,
 }
 
 impl Knots {
-    /// Knots of a toolpath; `movable` tells of each move whether its coordinates may be written anew. The end of a move stays where
-    /// the feed move behind it may not be written: that one would begin elsewhere.
+    /// Knots of a toolpath; `movable`: may the coordinates of each move be rewritten? The end of a move is fixed if the
+    /// feed move after it may not be rewritten, as that would start elsewhere.
     pub fn new(path: &Toolpath, movable: &[bool]) -> Self {
         let start = path.moves.first().map_or_else(Vec3::zeros, |motion| motion.curve().from());
         let mut knots = Self {
@@ -67,7 +67,7 @@ impl Knots {
         knots
     }
 
-    /// The knots before and behind a place on a move, and the share of the second in the offset there.
+    /// The knots before and after a place on a move, and the interpolation weight of the second.
     pub fn around(&self, of: u32, s_mm: f64) -> ([u32; 2], f64) {
         let range = self.of_move[of as usize].clone();
         let on = &self.list[range.start as usize..range.end as usize];
@@ -78,8 +78,8 @@ impl Knots {
         ([behind - 1, behind], share)
     }
 
-    /// The curves that stand in place of a move, each with the part of the move it is made of (mm along it): one where it stays what
-    /// it was. `offsets` has a vector for every knot.
+    /// The curves that replace a move, each with its part of the move (mm along it). `offsets`: a vector for every
+    /// knot.
     pub fn moved(&self, curve: &Curve, of: usize, offsets: &[Vec3], tolerance_mm: f64) -> Vec<(Curve, [f64; 2])> {
         let range = self.of_move[of].clone();
         let own = &offsets[range.start as usize - 1..range.end as usize];
@@ -109,7 +109,7 @@ impl Knots {
     pub fn offset(&self, of: u32, s_mm: f64, offsets: &[Vec3]) -> Vec3 {
         let ([a, b], share) = self.around(of, s_mm);
         let [a, b] = [a, b].map(|knot| offsets[knot as usize]);
-        // The amounts run linearly, and the direction turns from one normal to the other.
+        // The amount is interpolated linearly; the direction turns from one normal to the other.
         let turned = a + (b - a) * share;
         let amount = a.norm() + (b.norm() - a.norm()) * share;
         if a.dot(&b) > 0.0 { turned.try_normalize(0.0).map_or(turned, |along| along * amount) } else { turned }
@@ -121,8 +121,8 @@ impl Knots {
     }
 }
 
-/// The arc in the plane of another through the first, the middle and the last of the points, where it stays within the tolerance
-/// of all of them.
+/// The arc through the first, middle and last of the points, in the plane of another arc; `None` if it is not within
+/// the tolerance of all points.
 fn still_arc(arc: &Arc, points: &[Vec3], tolerance_mm: f64) -> Option<Arc> {
     let (a, b, normal) = arc.plane.axes();
     let flat = |point: &Vec3| [point[a], point[b]];
@@ -143,7 +143,7 @@ fn still_arc(arc: &Arc, points: &[Vec3], tolerance_mm: f64) -> Option<Arc> {
     let curve = Curve::Arc(found);
     let count = points.len() - 1;
     let off = |(k, point): (usize, &Vec3)| (curve.point(curve.length() * k as f64 / count as f64) - point).norm();
-    // Points move along the arc as well where amounts change; that is no deviation of the path.
+    // With changing amounts points also move along the arc, which is no deviation of the path.
     let across = |k: usize, point: &Vec3| {
         let s_mm = curve.length() * k as f64 / count as f64;
         let (away, along) = (curve.point(s_mm) - point, curve.tangent(s_mm));
@@ -161,7 +161,7 @@ fn circumcentre(p: [f64; 2], q: [f64; 2], r: [f64; 2]) -> Option<[f64; 2]> {
     (d.abs() > 1e-12 && centre.iter().all(|x| x.is_finite())).then_some(centre)
 }
 
-/// Indices of the points that chords within the tolerance of all of them run through.
+/// Indices of the points joined by chords that are within the tolerance of all points.
 fn chords(points: &[Vec3], tolerance_mm: f64) -> Vec<usize> {
     let mut kept = vec![0];
     let mut from = 0;

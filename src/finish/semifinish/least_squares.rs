@@ -1,20 +1,22 @@
-//! Least squares under bounds, for many unknowns of which each row knows a few.
+//! Sparse least squares under bounds. In: a [`Problem`]. Out: x.
 //!
 //! minimise ½ |A x − b|² + ½ Σ m_k x_k²  under  l ≤ x ≤ u  and  |x_j − x_i − c_p| ≤ r_p for pairs p = (i, j).
 //!
-//! With G = [I; D] the constraints are l ≤ G x ≤ u; solved by the alternating direction method of multipliers as in OSQP (Stellato
-//! and others 2020, Algorithm 1, without its scaling: all unknowns are millimetres of stock): x from (AᵀA + M + σ I + ρ GᵀG) x = …
-//! by conjugate gradients, z by clipping, y the multipliers. Sums run in the order of rows: the answer does not depend on threads.
+//! With D the differences of the pairs and G = [I; D] the constraints are l ≤ G x ≤ u. Solved by the alternating
+//! direction method of multipliers (OSQP: Stellato and others 2020, Algorithm 1, without scaling, since all unknowns
+//! are millimetres of stock): x from (AᵀA + M + σ I + ρ GᵀG) x = σ x_prev + Aᵀb + Gᵀ(ρ z − y) by preconditioned
+//! conjugate gradients, z by clipping, y the multipliers. Sums run in the order of rows, so the result does not depend
+//! on the number of threads.
 
-/// Steps of the method, and of conjugate gradients within each.
+/// Most steps of the method, and of conjugate gradients within each.
 const STEPS: usize = 150;
 const INNER: usize = 40;
 /// Relative residual at which conjugate gradients stop.
 const INNER_TOLERANCE: f64 = 1e-6;
-/// Over-relaxation, and the weight that keeps x near its last value.
+/// Over-relaxation α, and σ (both as in OSQP).
 const RELAXED: f64 = 1.6;
 const SIGMA: f64 = 1e-6;
-/// Constraints are kept, and x stands still, to this, mm.
+/// Tolerance of the constraints, and of the change of x, mm.
 const STILL_MM: f64 = 1e-6;
 
 /// A difference of two unknowns that is bounded: |x[j] − x[i] − c| ≤ r.
@@ -33,7 +35,7 @@ pub struct Pair {
 pub struct Problem {
     /// Rows of A: unknown and coefficient, and one past the last of each row.
     pub entries: Vec<(u32, f64)>,
-    /// Where each row ends in `entries`.
+    /// End of each row in `entries`.
     pub ends: Vec<u32>,
     /// b.
     pub wanted: Vec<f64>,
@@ -62,7 +64,7 @@ impl Problem {
         })
     }
 
-    /// The x that solves it; within its bounds exactly, and of the differences as near as they allow.
+    /// The solution x: within its bounds exactly, with differences within theirs as far as the bounds permit.
     pub fn solve(&self) -> Vec<f64> {
         let n = self.bounds.len();
         let diagonal = self.diagonal();
@@ -99,7 +101,7 @@ impl Problem {
         self.within(at)
     }
 
-    /// Clips to the bounds, and takes out what is left of differences beyond theirs, forwards and backwards.
+    /// Clips to the bounds, and corrects differences beyond theirs, sweeping forwards and backwards.
     fn within(&self, mut x: Vec<f64>) -> Vec<f64> {
         for _ in 0..3 {
             self.clip(&mut x);
@@ -165,7 +167,7 @@ impl Problem {
         out
     }
 
-    /// Weight of the constraints: that of the data.
+    /// Weight ρ of the constraints: mean of the diagonal of AᵀA + M.
     fn rho(diagonal: &[f64]) -> f64 {
         (diagonal.iter().sum::<f64>() / diagonal.len().max(1) as f64).max(1e-9)
     }
@@ -221,7 +223,7 @@ impl Problem {
 mod tests {
     use super::*;
 
-    /// x_k wants to be a step at the middle; it may change by 0.1 from one to the next, and not exceed 0.75.
+    /// Target: a step from 0 to 1 at the middle; x may change by 0.1 from one to the next, and not exceed 0.75.
     fn step(n: u32) -> Problem {
         let mut problem = Problem { ridge: vec![0.0; n as usize], ..Problem::default() };
         for k in 0..n {
@@ -237,13 +239,13 @@ mod tests {
         let problem = step(40);
         let x = problem.solve();
         assert!(x.iter().all(|x| *x <= 0.75));
-        // Differences are held to what the method stands still at.
+        // The differences keep their limit to the tolerance of the method.
         let steepest = x.windows(2).map(|two| (two[1] - two[0]).abs()).fold(0.0, f64::max);
         assert!(steepest <= 0.1 + STILL_MM, "{steepest}: {x:?}");
-        // Far from the step the rows are met, and beyond it the bound.
+        // Far from the step the values equal the rows before it and the bound after it.
         assert!(x[..14].iter().all(|x| x.abs() < 1e-4), "{x:?}");
         assert!(x[26..].iter().all(|x| (x - 0.75).abs() < 1e-4));
-        // The ramp lies where it costs least: moved by one either way it costs more.
+        // The ramp is optimal: shifted by one index either way its cost is higher.
         let cost = |shift: i32| -> f64 {
             let at = |k: i32| x[k.clamp(0, 39) as usize];
             (0..40).map(|k| (at(k + shift) - if k < 20 { 0.0 } else { 1.0 }).powi(2)).sum()

@@ -1,5 +1,5 @@
-//! Two programs as one. In: the motions of the semi-finish (as written, or moved) and of the finish. Out: one toolpath in which the
-//! finish meets what the semi-finish left, and where its moves begin.
+//! Two programs linked to one. In: the motions of the semi-finish (original or moved) and of the finish. Out: one
+//! toolpath in which the finish cuts the stock that the semi-finish left, and the number of its first move.
 
 use crate::ids::MoveId;
 use crate::nc::{Doubted, Toolpath};
@@ -8,13 +8,13 @@ use crate::path::Vec3;
 /// Both programs in order of execution.
 #[derive(Debug, Clone)]
 pub struct Linked {
-    /// All moves; the numbers of those of the finish are shifted by `first`.
+    /// All moves; those of the finish are numbered from `first` on.
     pub toolpath: Toolpath,
     /// First move of the finish.
     pub first: usize,
 }
 
-/// The finish behind the semi-finish.
+/// Appends the finish to the semi-finish.
 pub fn linked(semi: Toolpath, finish: &Toolpath) -> Linked {
     let first = semi.moves.len();
     let shifted = |id: MoveId| MoveId(id.0 + first as u32);

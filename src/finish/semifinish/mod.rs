@@ -1,44 +1,46 @@
-//! Semi-finish stock adjustment (Nishida and others): the semi-finishing path is offset along the normal of the surface so that the
-//! finishing force is the reference everywhere. In: the motions of both programs, the job. Out: the offsets, and what they lead to.
+//! Semi-finish stock adjustment (Nishida and others): the semi-finishing path is offset along the surface normal so
+//! that the finishing force equals a reference everywhere. In: the motions of both programs, the job. Out: the offsets,
+//! with loads before and after.
 //!
-//! Unknown is the stock t_k that is left at the knots of the semi-finishing path ([`knots`]). The force F_i at a finishing station
-//! follows from both programs simulated as one ([`linked`]); which knots it depends on, and with which shares w_ik, is read from
-//! the ends of the engaged arcs ([`met`]). With F_i' the derivative by a uniform change of stock, first by a difference and then
-//! by what each round finds (Broyden's rule, in the row of each station), each round is one step of Gauss and Newton,
+//! Unknowns are the stock t_k left at the knots of the semi-finishing path ([`knots`]). The force F_i in a stretch of
+//! the finish of length ℓ_i follows from both programs simulated as one ([`linked`]). The knots it depends on, with
+//! weights w_ik, follow from the ends of the engaged arcs ([`met_stock`]). Each round is one Gauss–Newton step with
+//! reference force F,
 //!
 //! minimise Σ_i ℓ_i p_i ((F_i + Σ_k J_ik Δ_k)/F − 1)² + μ Σ_k m_k Δ_k²  under bounds on t_k and on its change per mm,
 //!
-//! J_ik = F_i' w_ik at first, solved by [`least_squares`] and simulated again. Kept is what lowers Σ ℓ_i ρ(ln F_i/F), ρ square for small
-//! and linear for large errors (Huber), which p_i stands for; a round that does not is taken back and the next one goes less far. The
-//! first rounds take the root of each contact by itself instead, spread over the
-//! knots it depends on: smooth, and where every contact meets one knot alone already the answer. Knots that leave nothing the finish
-//! meets (lead-ins, links) go with the nearest that does.
+//! solved by [`least_squares`] and simulated again. J_ik = F_i' w_ik at first, with F_i' from a simulated uniform
+//! change of stock; then each row is updated from what the round found (Broyden 1965, Schubert 1970). A round is
+//! accepted if it lowers Σ ℓ_i ρ(ln F_i/F), with Huber's ρ, quadratic for small and linear for large errors, for which
+//! p_i are the weights; otherwise it is discarded and the next step is shorter. The first rounds solve each contact
+//! separately and average over the knots it depends on, which is robust, and exact if every contact depends on one
+//! knot. Knots whose stock the finish does not cut (lead-ins, links) take the offset of the nearest one that it does.
 //!
-//! *Convex* is said of the part, as everywhere here: a surface that bulges towards the tool, whose centre of curvature lies in the
-//! material; the contact of a cutter is shorter there. Ibaraki's Eq. 2 has R as the radius of the finished *concave* arc; Nishida's
-//! sentence on the petal can be read either way.
+//! *Convex* describes the part: a surface that bulges towards the tool, with its centre of curvature in the material;
+//! the contact of a cutter is shorter there. In Eq. 2 of Ibaraki R is the radius of the finished *concave* arc;
+//! Nishida's sentence on the petal is ambiguous.
 
-mod bench;
 mod centres;
 mod gouge;
 pub mod knots;
 mod least_squares;
 mod linked;
-mod met;
-mod picks;
+mod met_stock;
+mod pass_spacing;
+mod preconditions;
+mod programs;
 pub mod proof;
-mod refused;
 mod rounds;
-mod seen;
 mod stock;
+mod stretch_loads;
 mod task;
-pub mod write;
 mod unknowns;
+pub mod write;
 mod written;
 
 pub use gouge::{Gouge, gouge};
-pub use met::Sample;
+pub use met_stock::Sample;
 pub use rounds::{Answer, Round, solve};
-pub use seen::Seen;
+pub use stretch_loads::StretchLoads;
 pub use task::{CALIBRATED_MM, CHANGE, STOCK_MM, SemifinishError, TOLERANCE_MM, Task, Wanted};
 pub use written::{Written, written};

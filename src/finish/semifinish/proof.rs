@@ -1,12 +1,13 @@
-//! Proof of a moved program, from the two texts: only coordinates of cutting moves differ, and no point of the path is further from
-//! where it was than a stated distance. In: both programs and their motions. Out: a [`Proof`].
+//! Proof of a moved program from the two texts: only coordinates of cutting moves differ, and no point of the path is
+//! further from the original than a stated distance. In: both programs and their motions. Out: a [`Proof`].
 //!
-//! A cutting block makes one feed move, once. There the numbers of X, Y and Z may differ, and a coordinate that was left out may be
-//! put in; of an arc I, J, K, R as well, its code may be that of a straight move, and lines of X, Y and Z alone may follow it.
-//! Everything else is the same byte for byte, blanks between the words of a cutting block aside. What the controls do is compared move
-//! by move: kind, feed, spindle, tool, work offset and path mode are the same, and so are dwells, tool changes and stops between them.
-//! One line may have been put in: the comment [`MARK`], by which the file is known as one that was written here.
-//! Nothing else here is shared with what writes ([`super::write`]).
+//! A cutting block makes exactly one feed move, executed once. In it the numbers of X, Y and Z may differ, and a
+//! coordinate that was left out may be added; for an arc also I, J, K, R may differ, its G code may become that of a
+//! straight move, and lines with X, Y and Z alone may follow it. Everything else is the same byte for byte, except
+//! blanks between the words of a cutting block. The motions are compared move by move: kind, feed, spindle, tool, work
+//! offset and path mode are the same, and so are dwells, tool changes and stops between them. One line may be added:
+//! the comment [`MARK`], by which the file is recognised. Apart from that no code is shared with the writing
+//! ([`super::write`]).
 
 use crate::ids::BlockId;
 use crate::nc::{Event, Move, MoveKind, Program, TokenKind, Toolpath};
@@ -14,30 +15,30 @@ use crate::path::{Curve, Vec3};
 
 /// Comment at the head of a moved program.
 pub const MARK: &str = "SEMI-FINISH MOVED BY FEEDWRIGHT";
-/// Places along a curve at which it is held against the other.
+/// Points along a curve at which its distance to the other is computed.
 const PLACES: usize = 16;
-/// Rounding of the distance asked for, mm: that of decimals added in binary.
+/// Tolerance for rounding of decimal numbers, mm.
 const ROUNDED_MM: f64 = 1e-6;
-/// Differences that are listed.
+/// Most differences that are listed.
 const LISTED: usize = 20;
 
-/// What was found.
+/// Result of the comparison.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Proof {
     /// Motions compared.
     pub motions: usize,
-    /// Cutting moves that go another way.
+    /// Cutting moves with another path.
     pub moved: usize,
-    /// Lines of chords that follow arcs.
+    /// Lines with chords that follow arcs.
     pub chords: usize,
-    /// Largest distance of a point from where it was, mm.
+    /// Largest distance of a point from the original path, mm.
     pub largest_mm: f64,
-    /// Lines of both programs, and what differs there.
+    /// Line numbers in both programs, and what differs there.
     pub differences: Vec<([u32; 2], String)>,
 }
 
 impl Proof {
-    /// Does it hold? Of programs without a motion nothing is proven.
+    /// Is it proven? Not for programs without a motion.
     pub fn holds(&self) -> bool {
         self.differences.is_empty() && self.motions > 0
     }
@@ -65,7 +66,7 @@ pub fn prove(programs: [&Program; 2], paths: [&Toolpath; 2], within_mm: f64) -> 
     proof
 }
 
-/// An event with its line as another text has it.
+/// An event with its line number converted by `of`.
 fn at_line(event: Event, of: &dyn Fn(u32) -> u32) -> Event {
     match event {
         Event::Move(id) => Event::Move(id),
@@ -76,7 +77,7 @@ fn at_line(event: Event, of: &dyn Fn(u32) -> u32) -> Event {
     }
 }
 
-/// What a block may have changed in it.
+/// What may differ in a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cuts {
     /// Nothing.
@@ -101,7 +102,7 @@ fn cutting(program: &Program, path: &Toolpath) -> Vec<Cuts> {
     of.into_iter().map(|(count, cuts)| if count == 1 { cuts } else { Cuts::No }).collect()
 }
 
-/// Blocks of the second program that stand for each block of the first; `None` where the texts do not go together.
+/// Blocks of the second program that correspond to each block of the first; `None` if the texts cannot be matched.
 fn texts([before, after]: [&Program; 2], cuts: &[Cuts], proof: &mut Proof) -> Option<Vec<std::ops::Range<u32>>> {
     let mut matched = Vec::with_capacity(before.len());
     let (mut at, mut marked) = (0_u32, false);
@@ -129,13 +130,14 @@ fn texts([before, after]: [&Program; 2], cuts: &[Cuts], proof: &mut Proof) -> Op
         matched.push(first..at);
     }
     if (at as usize) < after.len() {
-        proof.differs([before.len() as u32, at + 1], "the moved program goes on behind the end of the other");
+        proof.differs([before.len() as u32, at + 1], "the moved program continues after the end of the other");
         return None;
     }
     Some(matched)
 }
 
-/// What of a block must be the same: all its bytes, or of a cutting one its tokens without coordinates and blanks.
+/// The part of a block that must be the same: all its bytes, or the tokens of a cutting block without coordinates and
+/// blanks.
 fn words(program: &Program, block: BlockId, cuts: Cuts) -> Vec<&[u8]> {
     let text = program.text();
     if cuts == Cuts::No {
@@ -206,7 +208,7 @@ fn motions(
         proof.moved += usize::from(far_mm > ROUNDED_MM && motion.kind == MoveKind::Feed);
         proof.largest_mm = proof.largest_mm.max(far_mm);
         if far_mm > within_mm + ROUNDED_MM {
-            let text = format!("the path lies {far_mm:.4} mm from where it was, {within_mm} mm are allowed");
+            let text = format!("the path lies {far_mm:.4} mm from the original one, {within_mm} mm are allowed");
             proof.differs([motion.line, first.line], text);
         }
     }
@@ -215,7 +217,7 @@ fn motions(
     }
 }
 
-/// What besides its way two moves do not have in common.
+/// What differs between two moves besides their path.
 fn state(a: &Move, b: &Move) -> Option<&'static str> {
     let checks = [
         (a.kind == b.kind, "rapid or feed"),
@@ -232,7 +234,7 @@ fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
 }
 
-/// Largest distance between a curve and the pieces in its place: their ends, and places in between, both ways.
+/// Largest distance between a curve and the pieces in its place: of their ends, and of points of each from the other.
 fn distance(curve: &Curve, pieces: &[&Move]) -> f64 {
     let others: Vec<Curve> = pieces.iter().map(|piece| piece.curve()).collect();
     let ends = [curve.from() - others[0].from(), curve.to() - others[others.len() - 1].to()].map(|off| off.norm());

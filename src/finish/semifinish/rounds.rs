@@ -1,51 +1,53 @@
-//! The rounds of simulation and correction; the mathematics stands at the head of the room.
+//! The rounds of simulation and correction; for the mathematics see [`super`]. In: a task. Out: [`Answer`].
 
-use super::bench::{Bench, Look};
 use super::knots::Knots;
 use super::least_squares::{Pair, Problem};
-use super::met::{Met, Sample};
-use super::refused::{check, meet};
-use super::seen::{Seen, out_of_reach, seen};
+use super::met_stock::{MetStock, Sample};
+use super::preconditions::{check_meeting, check_wanted};
+use super::programs::{Programs, Simulated};
+use super::stretch_loads::{StretchLoads, out_of_reach, stretch_loads};
 use super::task::{SemifinishError, Task};
 use super::unknowns::{FREE, Unknowns};
 use crate::engage::Event;
 use crate::path::Vec3;
 
-/// Uniform change of stock by which the first derivatives are found, mm: a tenth of the usual stock; forces are kept to 1 %.
+/// Uniform change of stock for the first derivatives, mm: a tenth of the usual stock.
 const PROBE_MM: f64 = 0.02;
-/// Rounds in which each contact is taken by itself, and rounds in all.
-const ALONE: usize = 3;
+/// Rounds that solve each contact separately, and most rounds in all.
+const SEPARATE_ROUNDS: usize = 3;
 const ROUNDS: usize = 16;
-/// Largest change of stock in a round, mm: derivatives hold for about this much. A round that does no good is taken back, and the
-/// next may change this part of it; one that does good doubles it. Below the least a round tells nothing.
+/// Largest change of stock in a round, mm: derivatives hold for about this much. After a round that is discarded it is
+/// multiplied by [`SHORTER`], after an accepted one doubled; below the least the rounds end. Judgement, like the
+/// constants below.
 const STEP_MM: f64 = 0.1;
 const SHORTER: f64 = 0.3;
 const LEAST_STEP_MM: f64 = 0.002;
-/// Weight of the change of a round against the error of force, both relative: what the forces do not tell stays as it is.
+/// μ, weight of the change of stock against the relative error of force: stock that the forces do not determine stays
+/// as it is.
 const RIDGE: f64 = 0.1;
-/// Change of stock from which on two rounds tell the derivative, mm.
-const TELLING_MM: f64 = 0.004;
-/// A round that lowers the mean error of force by less than this part of it is one of little worth; two in a row are the last.
-const WORTH: f64 = 0.01;
-/// Mean error of force that is good enough, relative.
+/// Least change of stock in a round from which a derivative is updated, mm.
+const INFORMATIVE_MM: f64 = 0.004;
+/// Least relative drop of the mean error; the second round in a row with less is the last.
+const LEAST_GAIN: f64 = 0.01;
+/// Mean relative error of force at which the rounds end.
 const GOOD: f64 = 0.003;
-/// Error of force up to which its square counts; beyond it the error itself (Huber): a contact that no stock brings near the
-/// reference must not take its neighbours along. One and a half times the band of 10 % that is asked for.
-const FAR: f64 = 0.15;
-/// Force taken for one that is smaller, as a part of the reference: in steps, which must have an end, and in the logarithm.
+/// Relative error of force up to which it counts by its square, beyond linearly (Huber), so that a contact that cannot
+/// reach the reference does not distort its neighbours. One and a half times the band of 10 % that is wanted.
+const HUBER: f64 = 0.15;
+/// Least force over the reference that is assumed, in steps and in the logarithm, to keep these finite.
 const LEAST_FORCE: f64 = 0.05;
 const LEAST_RATIO: f64 = 1e-3;
 
-/// What a round came to.
+/// Result of a round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Round {
-    /// Root of the mean square of ln(F/reference), by length, in which errors beyond 0.15 count by themselves.
+    /// Root of the mean of Huber's cost of ln(F/reference), weighted by length.
     pub error: f64,
     /// Least and largest force, N.
     pub force_n: [f64; 2],
 }
 
-/// The offsets and what they lead to.
+/// The offsets, with loads before and after.
 pub struct Answer {
     /// The knots.
     pub knots: Knots,
@@ -55,10 +57,10 @@ pub struct Answer {
     pub chosen: Vec<(u32, [f64; 2])>,
     /// The reference, N.
     pub reference_n: f64,
-    /// As programmed.
-    pub before: Vec<Seen>,
-    /// With the offsets, in the same order.
-    pub after: Vec<Seen>,
+    /// Loads as programmed.
+    pub before: Vec<StretchLoads>,
+    /// Loads with the offsets, in the same order.
+    pub after: Vec<StretchLoads>,
     /// The rounds.
     pub rounds: Vec<Round>,
     /// Spacing of the passes of semi-finish and finish, mm.
@@ -69,88 +71,108 @@ pub struct Answer {
 
 /// Solves for the offsets.
 pub fn solve(task: &Task) -> Result<Answer, SemifinishError> {
-    check(task)?;
-    let bench = Bench::new(task)?;
-    let still = vec![Vec3::zeros(); bench.knots.list.len()];
-    let base = bench.look(&still, None)?;
-    let samples = bench.samples(&base);
-    if !samples.is_empty() && !bench.has_force(&base, &samples) {
-        return Err(SemifinishError::NoForce { tool: bench.finish_tool.number });
+    check_wanted(task)?;
+    let programs = Programs::new(task)?;
+    let still = vec![Vec3::zeros(); programs.knots.list.len()];
+    let base = programs.simulated(&still, None)?;
+    let samples = programs.samples(&base);
+    if !samples.is_empty() && !programs.has_force(&base, &samples) {
+        return Err(SemifinishError::NoForce { tool: programs.finish_tool.number });
     }
-    let met = bench.met(&base, &samples);
-    meet(&bench, &base, &samples, &met)?;
-    let unknowns = Unknowns::new(&bench, &base, &samples, &met)?;
-    let picks_mm = super::picks::picks(&bench, &base, &unknowns.tips(&bench, &base));
+    let met = programs.met(&base, &samples);
+    check_meeting(&programs, &base, &samples, &met)?;
+    let unknowns = Unknowns::new(&programs, &base, &samples, &met)?;
+    let picks_mm = super::pass_spacing::pass_spacing(&programs, &base, &unknowns.tips(&programs, &base));
     if !samples.iter().zip(&met).any(|(sample, met)| !sample.edge && unknowns.free_share(met) >= FREE) {
         return Err(SemifinishError::NoFullCut);
     }
-    let mut rounds = Rounds::new(&bench, &unknowns, &samples, base, met);
+    let mut rounds = Rounds::new(&programs, &unknowns, &samples, base, met);
     rounds.probe()?;
     rounds.run()?;
     rounds.answer(picks_mm)
 }
 
 struct Rounds<'a> {
-    bench: &'a Bench<'a>,
+    programs: &'a Programs<'a>,
     unknowns: &'a Unknowns,
     samples: &'a [Sample],
     reference_n: f64,
     stock_mm: Vec<f64>,
-    met: Vec<Met>,
+    met: Vec<MetStock>,
     forces: Vec<f64>,
     /// ∂F/∂t of every sample by the unknowns that it depends on, N/mm.
     slopes: Vec<Vec<(u32, f64)>>,
-    base: (Look, Vec<Met>),
+    base: (Simulated, Vec<MetStock>),
     done: Vec<Round>,
-    /// The best so far, that the next round begins from; `None`: the programs as they came.
-    best: Option<Look>,
+    /// The best simulation so far; `None`: the original programs.
+    best: Option<Simulated>,
     error: f64,
     step_mm: f64,
 }
 
-fn forces(bench: &Bench, look: &Look, samples: &[Sample]) -> Vec<f64> {
-    Bench::loads(look, bench.task.job, samples).iter().map(|loads| loads.force_xy_peak_n).collect()
+fn forces(programs: &Programs, simulated: &Simulated, samples: &[Sample]) -> Vec<f64> {
+    Programs::loads(simulated, programs.task.job, samples).iter().map(|loads| loads.force_xy_peak_n).collect()
 }
 
 impl<'a> Rounds<'a> {
-    fn new(bench: &'a Bench<'a>, unknowns: &'a Unknowns, samples: &'a [Sample], base: Look, met: Vec<Met>) -> Self {
-        let forces = forces(bench, &base, samples);
+    fn new(
+        programs: &'a Programs<'a>,
+        unknowns: &'a Unknowns,
+        samples: &'a [Sample],
+        base: Simulated,
+        met: Vec<MetStock>,
+    ) -> Self {
+        let forces = forces(programs, &base, samples);
         let (mut sum, mut length) = (0.0, 0.0);
         for ((sample, force), met) in samples.iter().zip(&forces).zip(&met) {
             if unknowns.free_share(met) >= FREE && !sample.edge {
                 (sum, length) = (sum + sample.length_mm * force, length + sample.length_mm);
             }
         }
-        let reference_n = bench.task.wanted.force_n.unwrap_or(sum / length.max(1e-12));
+        let reference_n = programs.task.wanted.force_n.unwrap_or(sum / length.max(1e-12));
         let stock_mm = unknowns.stock_mm.clone();
         let slopes = vec![Vec::new(); samples.len()];
         let base = (base, met.clone());
         let (done, best, error, step_mm) = (Vec::new(), None, f64::INFINITY, STEP_MM);
-        Self { bench, unknowns, samples, reference_n, stock_mm, met, forces, slopes, base, done, best, error, step_mm }
+        Self {
+            programs,
+            unknowns,
+            samples,
+            reference_n,
+            stock_mm,
+            met,
+            forces,
+            slopes,
+            base,
+            done,
+            best,
+            error,
+            step_mm,
+        }
     }
 
-    /// The first derivatives: all stock changed alike.
+    /// First derivatives, from a uniform change of stock.
     fn probe(&mut self) -> Result<(), SemifinishError> {
         let more: Vec<f64> = self.stock_mm.iter().map(|stock| stock + PROBE_MM).collect();
-        let look = self.bench.look(&self.unknowns.offsets(&more), Some(&self.base.0))?;
-        let after = forces(self.bench, &look, self.samples);
+        let simulated = self.programs.simulated(&self.unknowns.offsets(&more), Some(&self.base.0))?;
+        let after = forces(self.programs, &simulated, self.samples);
         for (k, after) in after.iter().enumerate() {
             let share = self.unknowns.free_share(&self.met[k]).max(FREE);
-            let slope = self.sound((after - self.forces[k]) / (PROBE_MM * share), k);
+            let slope = self.at_least_slope((after - self.forces[k]) / (PROBE_MM * share), k);
             self.slopes[k] = self.unknowns.shares(&self.met[k]).map(|(u, share)| (u as u32, slope * share)).collect();
         }
-        self.judge(&self.forces.clone());
+        self.enter_round(&self.forces.clone());
         Ok(())
     }
 
-    /// A derivative no less than a fifth of that of a force in proportion to stock: it must not send the next round anywhere.
-    fn sound(&self, slope: f64, sample: usize) -> f64 {
-        slope.max(0.2 * self.forces[sample].max(LEAST_FORCE * self.reference_n) / self.bench.task.wanted.stock_mm[1])
+    /// A derivative of at least a fifth of that of a force proportional to stock, so that steps stay bounded.
+    fn at_least_slope(&self, slope: f64, sample: usize) -> f64 {
+        slope.max(0.2 * self.forces[sample].max(LEAST_FORCE * self.reference_n) / self.programs.task.wanted.stock_mm[1])
     }
 
     /// The derivative by a uniform change of stock.
     fn slope(&self, sample: usize) -> f64 {
-        self.sound(self.slopes[sample].iter().map(|(_, slope)| slope).sum(), sample)
+        self.at_least_slope(self.slopes[sample].iter().map(|(_, slope)| slope).sum(), sample)
     }
 
     fn counts(&self, sample: usize) -> bool {
@@ -158,18 +180,18 @@ impl<'a> Rounds<'a> {
     }
 
     /// ln(F/reference).
-    fn off(&self, force_n: f64) -> f64 {
+    fn log_ratio(&self, force_n: f64) -> f64 {
         (force_n / self.reference_n).max(LEAST_RATIO).ln()
     }
 
-    /// Enters a round; its mean error. What counts is what counted as programmed.
-    fn judge(&mut self, forces: &[f64]) -> f64 {
+    /// Records a round and returns its mean error, over the samples that counted in the original programs.
+    fn enter_round(&mut self, forces: &[f64]) -> f64 {
         let (mut sum, mut length, mut range) = (0.0, 0.0, [f64::INFINITY, 0.0_f64]);
         for (k, force) in forces.iter().enumerate() {
             if self.samples[k].edge || self.unknowns.free_share(&self.base.1[k]) < FREE {
                 continue;
             }
-            sum += self.samples[k].length_mm * cost(self.off(*force));
+            sum += self.samples[k].length_mm * cost(self.log_ratio(*force));
             length += self.samples[k].length_mm;
             range = [range[0].min(*force), range[1].max(*force)];
         }
@@ -181,22 +203,23 @@ impl<'a> Rounds<'a> {
     fn run(&mut self) -> Result<(), SemifinishError> {
         let (mut alone, mut idle) = (0, 0);
         for _ in 0..ROUNDS {
-            let next = if alone < ALONE { self.alone() } else { self.together() };
-            let look = self.bench.look(&self.unknowns.offsets(&next), Some(&self.base.0))?;
-            let forces = forces(self.bench, &look, self.samples);
-            let met = self.bench.met(&look, self.samples);
-            self.learn_slopes(&next, &forces, &met);
-            let error = self.judge(&forces);
+            let next = if alone < SEPARATE_ROUNDS { self.each_contact() } else { self.all_contacts() };
+            let simulated = self.programs.simulated(&self.unknowns.offsets(&next), Some(&self.base.0))?;
+            let forces = forces(self.programs, &simulated, self.samples);
+            let met = self.programs.met(&simulated, self.samples);
+            self.update_slopes(&next, &forces, &met);
+            let error = self.enter_round(&forces);
             alone += 1;
             if error < self.error {
-                idle = if is_worth_it(error, self.error) { 0 } else { idle + 1 };
-                (self.stock_mm, self.forces, self.met, self.best, self.error) = (next, forces, met, Some(look), error);
+                idle = if lowers_enough(error, self.error) { 0 } else { idle + 1 };
+                (self.stock_mm, self.forces, self.met, self.best, self.error) =
+                    (next, forces, met, Some(simulated), error);
                 self.step_mm = longer_mm(self.step_mm);
             } else {
-                if alone >= ALONE {
+                if alone >= SEPARATE_ROUNDS {
                     self.step_mm *= SHORTER;
                 }
-                alone = ALONE;
+                alone = SEPARATE_ROUNDS;
             }
             if is_last(self.error, idle, self.step_mm) {
                 break;
@@ -205,22 +228,22 @@ impl<'a> Rounds<'a> {
         Ok(())
     }
 
-    /// What a round tells of the derivatives: of each row the least change with which it says what was found (Broyden 1965, with the
-    /// zeros kept: Schubert 1970). More stock never leaves less to cut, so none is negative.
-    fn learn_slopes(&mut self, next: &[f64], forces: &[f64], met: &[Met]) {
+    /// Updates the derivatives of each sample by the least change that explains the force of this round (Broyden 1965;
+    /// sparse by Schubert 1970). They are not negative, as more stock never gives less to cut.
+    fn update_slopes(&mut self, next: &[f64], forces: &[f64], met: &[MetStock]) {
         for k in 0..forces.len() {
             let change = |unknown: u32| next[unknown as usize] - self.stock_mm[unknown as usize];
             let square: f64 = self.slopes[k].iter().map(|(unknown, _)| change(*unknown).powi(2)).sum();
             let whole = self.slope(k);
             let mut row = std::mem::take(&mut self.slopes[k]);
-            if is_telling(square.sqrt()) {
+            if is_informative(square.sqrt()) {
                 let expected: f64 = row.iter().map(|(unknown, slope)| slope * change(*unknown)).sum();
                 let missed = (forces[k] - self.forces[k] - expected) / square;
                 for (unknown, slope) in &mut row {
                     *slope = (*slope + missed * change(*unknown)).clamp(0.0, 3.0 * whole);
                 }
             }
-            // What is met anew takes its share of the same whole.
+            // Unknowns that were not met before get their share of the same sum.
             let sum = |row: &[(u32, f64)]| row.iter().map(|(_, slope)| slope).sum::<f64>();
             let told = sum(&row);
             for (unknown, share) in self.unknowns.shares(&met[k]) {
@@ -236,8 +259,8 @@ impl<'a> Rounds<'a> {
         }
     }
 
-    /// Every contact by itself: the stock it asks for, spread over the knots it depends on.
-    fn alone(&self) -> Vec<f64> {
+    /// Next stock if each contact is solved separately and its change is averaged over the knots it depends on.
+    fn each_contact(&self) -> Vec<f64> {
         let count = self.stock_mm.len();
         let (mut sum, mut mass) = (vec![0.0; count], vec![0.0; count]);
         for k in (0..self.samples.len()).filter(|k| self.counts(*k)) {
@@ -250,7 +273,7 @@ impl<'a> Rounds<'a> {
         let mut problem = self.bounded();
         let whole = mass.iter().sum::<f64>() / count as f64;
         for unknown in 0..count {
-            // Where nothing is met any more the stock stays, with a small weight.
+            // Stock that no sample meets any more is kept, with a small weight.
             let weight = (mass[unknown] / whole).max(1e-3).sqrt();
             let asks = if mass[unknown] > 0.0 { sum[unknown] / mass[unknown] } else { 0.0 };
             problem.push(std::iter::once((unknown as u32, weight)), weight * asks);
@@ -258,16 +281,16 @@ impl<'a> Rounds<'a> {
         self.moved_by(&problem.solve())
     }
 
-    /// All contacts together.
-    fn together(&self) -> Vec<f64> {
+    /// Next stock by a Gauss–Newton step for all contacts.
+    fn all_contacts(&self) -> Vec<f64> {
         let mut problem = self.bounded();
         let length: f64 = self.samples.iter().map(|sample| sample.length_mm).sum();
         let scale = self.stock_mm.len() as f64 / length;
         for k in (0..self.samples.len()).filter(|k| self.counts(*k)) {
-            // The step that makes F the reference, with the weight that the logarithm of their ratio has beyond FAR.
+            // Relative step to the reference, with Huber's weight.
             let force = self.forces[k].max(LEAST_FORCE * self.reference_n);
-            let (asks, off) = (self.reference_n / force - 1.0, self.off(force));
-            let pull = (off.abs().min(FAR) / asks.abs().max(1e-9)).min(1.0);
+            let (asks, off) = (self.reference_n / force - 1.0, self.log_ratio(force));
+            let pull = (off.abs().min(HUBER) / asks.abs().max(1e-9)).min(1.0);
             let weight = (self.samples[k].length_mm * scale * pull).sqrt();
             let row: Vec<(u32, f64)> =
                 self.slopes[k].iter().map(|(unknown, slope)| (*unknown, weight * slope / force)).collect();
@@ -280,9 +303,9 @@ impl<'a> Rounds<'a> {
         self.moved_by(&problem.solve())
     }
 
-    /// Bounds on the change of this round.
+    /// The problem of a round with its bounds, without rows.
     fn bounded(&self) -> Problem {
-        let [low, high] = self.bench.task.wanted.stock_mm;
+        let [low, high] = self.programs.task.wanted.stock_mm;
         let bounds = self.stock_mm.iter().map(|stock| {
             let [from, to] = [low - stock, high - stock];
             [from.max(-self.step_mm.max(-to)), to.min(self.step_mm.max(from))]
@@ -300,10 +323,10 @@ impl<'a> Rounds<'a> {
     }
 
     fn answer(self, picks_mm: [Option<f64>; 2]) -> Result<Answer, SemifinishError> {
-        let Self { bench, unknowns, samples, reference_n, base, done, best, stock_mm, met, .. } = self;
-        let after = seen(bench, unknowns, samples, best.as_ref().unwrap_or(&base.0), &met, &stock_mm);
-        let before = seen(bench, unknowns, samples, &base.0, &base.1, &unknowns.stock_mm);
-        let wanted = &bench.task.wanted;
+        let Self { programs, unknowns, samples, reference_n, base, done, best, stock_mm, met, .. } = self;
+        let after = stretch_loads(programs, unknowns, samples, best.as_ref().unwrap_or(&base.0), &met, &stock_mm);
+        let before = stretch_loads(programs, unknowns, samples, &base.0, &base.1, &unknowns.stock_mm);
+        let wanted = &programs.task.wanted;
         if let (Some(wanted_n), Some(error)) = (wanted.force_n, out_of_reach(&after, wanted.stock_mm, reference_n)) {
             let [least_n, largest_n] = error;
             let most = least_n < wanted_n;
@@ -320,7 +343,7 @@ impl<'a> Rounds<'a> {
         Ok(Answer {
             offsets: unknowns.offsets(&stock_mm),
             chosen: chosen.collect(),
-            knots: bench.knots.clone(),
+            knots: programs.knots.clone(),
             reference_n,
             before,
             after,
@@ -331,29 +354,29 @@ impl<'a> Rounds<'a> {
     }
 }
 
-/// Square of an error, and beyond [`FAR`] what goes on with its slope there.
+/// Square of an error, and beyond [`HUBER`] what goes on with its slope there.
 fn cost(off: f64) -> f64 {
-    if off.abs() < FAR { off * off } else { FAR * (2.0 * off.abs() - FAR) }
+    if off.abs() < HUBER { off * off } else { HUBER * (2.0 * off.abs() - HUBER) }
 }
 
-/// Does a round lower the mean error by enough to go on for?
-fn is_worth_it(error: f64, before: f64) -> bool {
-    error <= before * (1.0 - WORTH)
+/// Does a round lower the mean error by at least [`LEAST_GAIN`]?
+fn lowers_enough(error: f64, before: f64) -> bool {
+    error <= before * (1.0 - LEAST_GAIN)
 }
 
-/// Is there nothing more to gain: good enough, two rounds of little worth, or too short a step?
+/// Is it the last round: small error, two rounds in a row with little gain, or too short a step?
 fn is_last(error: f64, idle: u32, step_mm: f64) -> bool {
     error < GOOD || idle == 2 || step_mm < LEAST_STEP_MM
 }
 
-/// Largest change after a round that did good, mm.
+/// Largest change of stock after an accepted round, mm.
 fn longer_mm(step_mm: f64) -> f64 {
     (2.0 * step_mm).min(STEP_MM)
 }
 
-/// Does a change of stock tell the derivative?
-fn is_telling(change_mm: f64) -> bool {
-    change_mm > TELLING_MM
+/// Is a change of stock large enough to update the derivative?
+fn is_informative(change_mm: f64) -> bool {
+    change_mm > INFORMATIVE_MM
 }
 
 #[cfg(test)]
@@ -362,7 +385,7 @@ mod tests {
 
     #[test]
     fn a_round_is_worth_it_from_a_hundredth_less_error_on() {
-        assert!(is_worth_it(0.0989, 0.1) && !is_worth_it(0.0991, 0.1));
+        assert!(lowers_enough(0.0989, 0.1) && !lowers_enough(0.0991, 0.1));
     }
 
     #[test]
@@ -380,7 +403,7 @@ mod tests {
 
     #[test]
     fn a_change_of_stock_tells_the_derivative_from_four_micrometres_on() {
-        assert!(is_telling(0.0041) && !is_telling(0.0039));
+        assert!(is_informative(0.0041) && !is_informative(0.0039));
     }
 
     /// The square up to 0.15, beyond it its tangent.

@@ -1,16 +1,16 @@
-//! Stock left between the surface of the semi-finish and that of the finish. In: the knots with their normals, the path of the
-//! finishing ball. Out: the stock at each knot, mm.
+//! Stock between the surfaces of semi-finish and finish. In: the knots with their normals, the path of the finishing
+//! ball. Out: the stock at each knot, mm.
 //!
-//! The semi-finish touches its surface at x = c − R n. Of the balls of the finish the one that reaches deepest over x has its
-//! centre at the least distance D: the stock is R' − D along the normal there. Between two finishing passes that counts the cusp
-//! which they leave.
+//! The semi-finishing ball of radius R and centre c touches its surface at x = c − R n. With D the least distance of x
+//! from the path of the finishing ball's centre and R' its radius, the stock along the normal is R' − D. Between two
+//! finishing passes it is measured to the scallop that they leave.
 
 use super::centres::Centres;
 use crate::path::Vec3;
 use rayon::prelude::*;
 
-/// Stock under these tips with these normals, mm; negative: the semi-finish cuts below the surface of the finish; `None` where no
-/// finishing pass is near.
+/// Stock at these tips with these normals, mm; negative if the semi-finish cuts below the surface of the finish; `None`
+/// if no finishing pass is near.
 pub(super) fn left(
     tips: &[(Vec3, Vec3)],
     semi_radius_mm: f64,

@@ -1,10 +1,10 @@
-//! What semi-finish stock adjustment is asked, and why it may refuse. In: both programs, the job, the wishes.
+//! Input and errors of the semi-finish stock adjustment: both programs, the job, the settings.
 
 use crate::engage::{Again, EngageError, EngagementMap};
 use crate::machine::Job;
 use crate::nc::Toolpath;
 
-/// What is asked for.
+/// The settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wanted {
     /// Reference force, N; `None`: the mean of the finishing force as it is.
@@ -13,22 +13,23 @@ pub struct Wanted {
     pub stock_mm: [f64; 2],
     /// Largest change of stock per mm along the path.
     pub change: f64,
-    /// How far chords may be off the path that stands in place of an arc, mm.
+    /// Largest deviation of chords from the arc they replace, mm.
     pub tolerance_mm: f64,
 }
 
-/// Bounds of stock where none are given, mm: the least is that of the cuts that layer models are calibrated with (Nishida, Table 1:
-/// 50 to 200 µm); the largest reaches the depths that Eq. 1 asks for at a pick of 0.3 mm (0.38 mm), beyond what is calibrated.
+/// Default bounds of stock, mm: the least is that of the cuts by which layer models are calibrated (Nishida, Table 1:
+/// 50 to 200 µm); the largest reaches the depths that Eq. 1 gives for a pick feed of 0.3 mm (0.38 mm), beyond the
+/// calibrated range.
 pub const STOCK_MM: [f64; 2] = [0.05, 0.4];
-/// Depths for which force models of layers are calibrated, mm (Nishida, Table 1). Others are said.
+/// Range of depths for which layer models are calibrated, mm (Nishida, Table 1); a warning is given outside it.
 pub const CALIBRATED_MM: [f64; 2] = [0.05, 0.2];
-/// Largest change of stock per mm of path where none is given: the semi-finished surface turns by no more than 3° against the
-/// finished one. Our judgement.
+/// Default largest change of stock per mm of path: the angle between semi-finished and finished surface is at most 3°.
+/// Judgement.
 pub const CHANGE: f64 = 0.05;
-/// Tolerance of chords where none is given, mm: two increments of the usual third decimal.
+/// Default tolerance of chords, mm: two increments of the third decimal.
 pub const TOLERANCE_MM: f64 = 0.002;
 
-/// Simulates a toolpath, but for the moves whose stations are known.
+/// Simulates a toolpath, reusing the stations of moves that are known.
 pub type Simulate<'a> = dyn Fn(&Toolpath, Option<Again>) -> Result<EngagementMap, EngageError> + 'a;
 
 /// Both programs with the job.
@@ -39,15 +40,15 @@ pub struct Task<'a> {
     pub finish: &'a Toolpath,
     /// The job.
     pub job: &'a Job,
-    /// Of each move of the semi-finish: may its coordinates be written anew?
+    /// For each move of the semi-finish: may its coordinates be rewritten?
     pub movable: &'a [bool],
-    /// What is asked for.
+    /// The settings.
     pub wanted: Wanted,
-    /// Simulates.
+    /// The simulation.
     pub simulate: &'a Simulate<'a>,
 }
 
-/// Why nothing is offset.
+/// Why the semi-finish cannot be adjusted.
 #[derive(Debug, thiserror::Error)]
 pub enum SemifinishError {
     /// A program without a feed move of a ball end mill.
@@ -59,7 +60,10 @@ pub enum SemifinishError {
         found: String,
     },
     /// Two different balls.
-    #[error("the {which} program cuts with two ball end mills, T{} and T{}: give each operation as a program of its own", .tools[0], .tools[1])]
+    #[error(
+        "the {which} program cuts with two ball end mills, T{} and T{}: give each operation as a program of its own",
+        .tools[0], .tools[1]
+    )]
     TwoBalls {
         /// Semi-finish or finish.
         which: &'static str,
@@ -68,28 +72,32 @@ pub enum SemifinishError {
     },
     /// Nothing that the finish cuts was left by the semi-finish.
     #[error(
-        "the finish cuts nothing that the semi-finish left: {cut_mm:.1} mm of its path cut stock, none of it on the surface of the semi-finish"
+        "the finish cuts nothing that the semi-finish left: {cut_mm:.1} mm of its path cut stock, none of it on the \
+         surface of the semi-finish"
     )]
     NeverMeet {
         /// Length on which the finish cuts at all, mm.
         cut_mm: f64,
     },
-    /// The other way round they meet.
+    /// They meet in the other order.
     #[error(
-        "the finish cuts nothing that the semi-finish left, but the semi-finish cuts what the finish left: the two programs are in the wrong order"
+        "the finish cuts nothing that the semi-finish left, but the semi-finish cuts what the finish left: the two \
+         programs are in the wrong order"
     )]
     WrongOrder,
     /// One is in another unit.
     #[error(
-        "the finish is {times:.3} times as large as the semi-finish, and they hardly meet: one of the two is in another unit (an inch is 25.4 mm)"
+        "the finish is {times:.3} times as large as the semi-finish, and they hardly meet: one of the two is in \
+         another unit (an inch is 25.4 mm)"
     )]
     OtherUnit {
         /// Extent of the finish over that of the semi-finish.
         times: f64,
     },
-    /// The ball of the semi-finish does not get to the surface.
+    /// The ball of the semi-finish is too large to reach the surface.
     #[error(
-        "the semi-finishing ball of R {semi_mm} mm leaves no surface along the finish: it is larger than the hollows that the finishing ball of R {finish_mm} mm cuts"
+        "the semi-finishing ball of R {semi_mm} mm leaves no surface along the finish: it is larger than the hollows \
+         that the finishing ball of R {finish_mm} mm cuts"
     )]
     TooLarge {
         /// Radius of the semi-finishing ball, mm.
@@ -99,7 +107,8 @@ pub enum SemifinishError {
     },
     /// No stock within the bounds gives the reference anywhere.
     #[error(
-        "a finishing force of {wanted_n} N is out of reach: with the {which} stock that may be left, {stock_mm} mm, it is {least_n:.2} to {largest_n:.2} N"
+        "a finishing force of {wanted_n} N is out of reach: with the {which} stock that may be left, {stock_mm} mm, it \
+         is {least_n:.2} to {largest_n:.2} N"
     )]
     OutOfReach {
         /// Reference, N.
@@ -115,23 +124,25 @@ pub enum SemifinishError {
     },
     /// No force can be predicted for the finish.
     #[error(
-        "no finishing force can be predicted: the setup gives T{tool} no sound force model, or its spindle stands still"
+        "no finishing force can be predicted: the setup gives T{tool} no valid force model, or its spindle stands still"
     )]
     NoForce {
         /// Its tool.
         tool: u32,
     },
-    /// Nothing of what the finish meets may be written anew.
+    /// No move whose stock the finish cuts may be rewritten.
     #[error(
-        "none of the moves that leave what the finish meets can be written anew: they stand in loops, cycles or subprograms, under radius compensation, or in blocks that do more than move"
+        "none of the moves that leave the stock of the finish can be rewritten: they stand in loops, cycles or \
+         subprograms, under radius compensation, or in blocks that do more than move"
     )]
     NothingFree,
-    /// The finish meets the semi-finish in entries and exits alone.
+    /// The finish meets the semi-finish only in entries and exits.
     #[error(
-        "the finish is nowhere in full cut in what the semi-finish left: every cut is shorter than twice the contact of the ball"
+        "the finish is nowhere in full cut in the stock that the semi-finish left: every cut is shorter than twice the \
+         contact of the ball"
     )]
     NoFullCut,
-    /// A bound that makes no sense.
+    /// An inconsistent setting.
     #[error("{what}")]
     Bad {
         /// What is wrong.
@@ -151,7 +162,8 @@ impl SemifinishError {
             }
             Self::TwoBalls { .. } | Self::Engage(_) => "",
             Self::NeverMeet { .. } => {
-                "give the semi-finish that runs right before this finish, both with the same zero point; more than the least stock must be left between them"
+                "give the semi-finish that runs right before this finish, both with the same zero point; more than the \
+                 least stock must be left between them"
             }
             Self::OtherUnit { .. } => "look at G20 and G21, and at what the post wrote",
             Self::TooLarge { .. } => {
@@ -159,7 +171,8 @@ impl SemifinishError {
             }
             Self::WrongOrder => "give the semi-finish first, and the program behind it with --finish",
             Self::OutOfReach { .. } => {
-                "nothing was written; take another --force-xy, allow other --stock, or change feed or pick of the finish"
+                "nothing was written; take another --force-xy, allow other --stock, or change feed or pick of the \
+                 finish"
             }
             Self::NoForce { .. } => {
                 "give [material] and an S word; `feedwright simulate` on the finish says what is missing"

@@ -1,11 +1,12 @@
-//! The knots whose stock is chosen. In: the simulated programs, what each stretch of the finish meets. Out: the unknowns with their
-//! normals and stock, which of them each knot follows, and which of them each stretch depends on.
+//! The unknowns: knots whose stock is chosen. In: the simulated programs, the stock that each stretch of the finish
+//! meets. Out: the unknowns with their normals and stock; which of them each other knot follows, and which each stretch
+//! depends on.
 
-use super::bench::{Bench, Look};
 use super::least_squares::Pair;
-use super::met::{Met, Sample};
-use super::picks::ACROSS;
-use super::refused::nothing_free;
+use super::met_stock::{MetStock, Sample};
+use super::pass_spacing::ACROSS;
+use super::preconditions::nothing_free;
+use super::programs::{Programs, Simulated};
 use super::stock::left;
 use super::task::SemifinishError;
 use crate::engage::workpiece::shift;
@@ -15,11 +16,11 @@ use crate::path::Vec3;
 /// Share of the stock a sample meets that must be free for it to count.
 pub const FREE: f64 = 0.5;
 
-/// What is known of the knots whose stock is chosen.
+/// The knots whose stock is chosen.
 pub struct Unknowns {
     /// Knot of each unknown.
     pub knots: Vec<u32>,
-    /// Unknown of each knot: its own, or that of the nearest that leaves what the finish meets.
+    /// Unknown of each knot: its own, or that of the nearest knot whose stock the finish cuts.
     pub of_knot: Vec<Option<u32>>,
     /// Normal at each unknown.
     pub normals: Vec<Vec3>,
@@ -29,8 +30,8 @@ pub struct Unknowns {
     pub pairs: Vec<Pair>,
 }
 
-/// Normals met, by knot, each by the length it is met over.
-fn sum_of_normals<'a>(count: usize, seen: impl Iterator<Item = (&'a Sample, &'a Met)>) -> Vec<Vec3> {
+/// Sum of the normals at each knot, weighted by the length of the samples that meet it.
+fn sum_of_normals<'a>(count: usize, seen: impl Iterator<Item = (&'a Sample, &'a MetStock)>) -> Vec<Vec3> {
     let mut normals = vec![Vec3::zeros(); count];
     for (sample, met) in seen {
         for (knot, normal) in &met.normals {
@@ -41,11 +42,16 @@ fn sum_of_normals<'a>(count: usize, seen: impl Iterator<Item = (&'a Sample, &'a 
 }
 
 impl Unknowns {
-    /// Chooses them: free knots that leave something the finish meets.
-    pub fn new(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Result<Self, SemifinishError> {
-        let count = bench.knots.list.len();
+    /// Chooses free knots whose stock the finish cuts.
+    pub fn new(
+        programs: &Programs,
+        base: &Simulated,
+        samples: &[Sample],
+        met: &[MetStock],
+    ) -> Result<Self, SemifinishError> {
+        let count = programs.knots.list.len();
         let mut normals = sum_of_normals(count, samples.iter().zip(met).filter(|(sample, _)| !sample.edge));
-        // At the edge of a cut a station holds what is met at several places: it tells only where nothing else does.
+        // Stations at the ends of a cut mix several places: their normals are used only for knots without others.
         let anywhere = sum_of_normals(count, samples.iter().zip(met));
         for (normal, any) in normals.iter_mut().zip(anywhere) {
             if normal.norm() <= 1e-9 {
@@ -53,7 +59,7 @@ impl Unknowns {
             }
         }
         let known: Vec<u32> = (0..count as u32)
-            .filter(|k| bench.knots.list[*k as usize].free && normals[*k as usize].norm() > 1e-9)
+            .filter(|k| programs.knots.list[*k as usize].free && normals[*k as usize].norm() > 1e-9)
             .collect();
         let mut unknowns = Self {
             normals: known.iter().map(|k| normals[*k as usize].normalize()).collect(),
@@ -62,50 +68,51 @@ impl Unknowns {
             stock_mm: Vec::new(),
             pairs: Vec::new(),
         };
-        unknowns.upright_to_passes(bench, base);
-        let tips = unknowns.tips(bench, base);
-        let finish = bench.finish_centres(&base.toolpath);
-        let radii = [bench.semi_tool.radius_mm(), bench.finish_tool.radius_mm()];
+        unknowns.upright_to_passes(programs, base);
+        let tips = unknowns.tips(programs, base);
+        let finish = programs.finish_centres(&base.toolpath);
+        let radii = [programs.semi_tool.radius_mm(), programs.finish_tool.radius_mm()];
         let stock = left(&tips, radii[0], &finish, radii[1]);
         let kept: Vec<usize> = (0..stock.len()).filter(|k| stock[*k].is_some()).collect();
         unknowns.stock_mm = kept.iter().filter_map(|k| stock[*k]).collect();
         unknowns.knots = kept.iter().map(|k| unknowns.knots[*k]).collect();
         unknowns.normals = kept.iter().map(|k| unknowns.normals[*k]).collect();
         if unknowns.knots.is_empty() {
-            return Err(nothing_free(bench, base));
+            return Err(nothing_free(programs, base));
         }
-        unknowns.spread(bench);
-        unknowns.pair(bench);
+        unknowns.spread(programs);
+        unknowns.pair(programs);
         Ok(unknowns)
     }
 
-    /// The first and the last pass leave a far side as well, to which the mean of what is met leans over; moved along that they cut into
-    /// it. Normals are set at a right angle to the way to the next pass.
-    fn upright_to_passes(&mut self, bench: &Bench, base: &Look) {
-        let centres = bench.semi_centres(base);
-        let radius_mm = bench.semi_tool.radius_mm();
+    /// Makes the normals perpendicular to the vector to the next pass. In the first and last pass the ball also leaves
+    /// a surface on its far side, which tilts the mean normal; moved along that it would cut into the far side.
+    fn upright_to_passes(&mut self, programs: &Programs, base: &Simulated) {
+        let centres = programs.semi_centres(base);
+        let radius_mm = programs.semi_tool.radius_mm();
         let up = Vec3::new(0.0, 0.0, radius_mm);
         let set = |(tip, normal): (Vec3, Vec3)| {
             let way = centres.beside(tip + up, normal, radius_mm, ACROSS).and_then(|way| way.try_normalize(0.0));
             let level = way.map_or(normal, |way| normal - way * normal.dot(&way));
             level.try_normalize(0.0).unwrap_or(normal)
         };
-        self.normals = self.tips(bench, base).into_iter().map(set).collect();
+        self.normals = self.tips(programs, base).into_iter().map(set).collect();
     }
 
     /// Tip of the semi-finishing tool at each unknown, in the common frame, with the normal there.
-    pub fn tips(&self, bench: &Bench, base: &Look) -> Vec<(Vec3, Vec3)> {
+    pub fn tips(&self, programs: &Programs, base: &Simulated) -> Vec<(Vec3, Vec3)> {
         let tip = |knot: &u32| {
-            let knot = &bench.knots.list[*knot as usize];
-            knot.at + shift(bench.task.job, &base.toolpath, bench.task.semi.moves[knot.of as usize].wcs)
+            let knot = &programs.knots.list[*knot as usize];
+            knot.at + shift(programs.task.job, &base.toolpath, programs.task.semi.moves[knot.of as usize].wcs)
         };
         self.knots.iter().map(tip).zip(self.normals.iter().copied()).collect()
     }
 
-    /// Knots that leave nothing the finish meets go with the nearest along the path that does, as far as the tool stays at feed.
-    fn spread(&mut self, bench: &Bench) {
-        let list = &bench.knots.list;
-        let moves = &bench.task.semi.moves;
+    /// Assigns each free knot whose stock the finish does not cut to the nearest unknown along the path, without
+    /// crossing a rapid.
+    fn spread(&mut self, programs: &Programs) {
+        let list = &programs.knots.list;
+        let moves = &programs.task.semi.moves;
         for (unknown, knot) in self.knots.iter().enumerate() {
             self.of_knot[*knot as usize] = Some(unknown as u32);
         }
@@ -133,19 +140,19 @@ impl Unknowns {
         }
     }
 
-    /// Bounds on the change of stock between neighbours along the path.
-    fn pair(&mut self, bench: &Bench) {
-        let list = &bench.knots.list;
+    /// Adds the bounds on the change of stock between neighbours along the path.
+    fn pair(&mut self, programs: &Programs) {
+        let list = &programs.knots.list;
         for (j, two) in self.knots.windows(2).enumerate() {
             let [a, b] = [two[0] as usize, two[1] as usize];
             if b == a + 1 {
-                let reach = bench.task.wanted.change * (list[b].at - list[a].at).norm();
+                let reach = programs.task.wanted.change * (list[b].at - list[a].at).norm();
                 self.pairs.push(Pair { of: [j as u32, j as u32 + 1], centre: 0.0, reach });
             }
         }
     }
 
-    /// Offsets of all knots for this stock at the unknowns.
+    /// Offsets of all knots for this stock at the unknowns, mm.
     pub fn offsets(&self, stock_mm: &[f64]) -> Vec<Vec3> {
         let of = |unknown: &Option<u32>| {
             unknown.map_or_else(Vec3::zeros, |k| {
@@ -156,13 +163,13 @@ impl Unknowns {
         self.of_knot.iter().map(of).collect()
     }
 
-    /// Unknowns that a sample depends on, with their shares.
-    pub fn shares<'b>(&'b self, met: &'b Met) -> impl Iterator<Item = (usize, f64)> + 'b {
+    /// Unknowns that a sample depends on, with their weights.
+    pub fn shares<'b>(&'b self, met: &'b MetStock) -> impl Iterator<Item = (usize, f64)> + 'b {
         met.shares.iter().filter_map(|(knot, share)| Some((self.of_knot[*knot as usize]? as usize, *share)))
     }
 
-    /// Share of what a sample meets that can be chosen.
-    pub fn free_share(&self, met: &Met) -> f64 {
+    /// Share of the stock that a sample meets which can be chosen.
+    pub fn free_share(&self, met: &MetStock) -> f64 {
         self.shares(met).map(|(_, share)| share).sum()
     }
 }

@@ -1,10 +1,10 @@
-//! The moved semi-finish as text. In: the program, its motions, offsets of the knots. Out: the same bytes with other numbers in the
-//! coordinates of cutting moves.
+//! The moved semi-finish as text. In: the program, its motions, offsets of the knots. Out: the same bytes with other
+//! numbers in the coordinates of cutting moves.
 //!
-//! Words keep their place, and the number its format; a coordinate that a block leaves out is put in where the tool would otherwise
-//! end elsewhere. The position is followed as the control will have it: a rapid that leaves out an axis goes on from where the
-//! moved cut ended. An arc that no longer is one becomes chords: the first in its own block, the others in lines of coordinates
-//! behind it. A comment at the head tells that the file was written here ([`MARK`]).
+//! Words keep their place and number format. A coordinate that a block leaves out is added if the tool would otherwise
+//! end elsewhere; for this the position is followed as on the control, where a rapid that leaves out an axis continues
+//! from the end of the moved cut. An arc that cannot stay an arc becomes chords: the first in its own block, the others
+//! in lines after it. A comment at the head marks the file ([`MARK`]).
 
 use super::knots::Knots;
 use super::proof::MARK;
@@ -17,11 +17,11 @@ use crate::rewrite::view::{Manners, Modes, Switched, View, Word, line_end, numbe
 
 const AXES: [u8; 3] = *b"XYZ";
 const CENTRE: [u8; 3] = *b"IJK";
-/// What words and the interpreted path may disagree by, mm.
+/// Largest difference between words and the interpreted path, mm.
 const SAME_MM: f64 = 1e-6;
 
-/// Of each move: may the coordinates of its block be written anew? Only of a block of its own that moves once, at a feed per
-/// minute or per revolution, by plain numbers that say where it ends.
+/// For each move: may the coordinates of its block be rewritten? Only if the block makes this move alone and once, at a
+/// feed per minute or per revolution, with plain numbers that give its end.
 pub fn movable(program: &Program, path: &Toolpath) -> Vec<bool> {
     let mut may = vec![false; path.moves.len()];
     if program.dialect().syntax() == Syntax::Heidenhain {
@@ -35,8 +35,7 @@ pub fn movable(program: &Program, path: &Toolpath) -> Vec<bool> {
     for (index, motion) in path.moves.iter().enumerate() {
         may[index] = motion.kind == MoveKind::Feed && alone(index) && texts.may_move(program, path, index);
     }
-    // Behind chords the control is left with straight motion: a block that goes on with the arc's code without naming it must be
-    // one that is written anew.
+    // After chords G1 is in force: the next block must name its motion code or be rewritable.
     for index in (0..path.moves.len()).rev() {
         let arc = matches!(path.moves[index].curve(), Curve::Arc(_));
         let Some(next) = path.moves.get(index + 1).filter(|_| arc && may[index]) else { continue };
@@ -45,7 +44,7 @@ pub fn movable(program: &Program, path: &Toolpath) -> Vec<bool> {
     may
 }
 
-/// Blocks of the program's own text with the modes in force in each.
+/// Blocks of the program's own text with the modal states in force.
 struct Texts {
     views: Vec<View>,
     modes: Vec<Modes>,
@@ -80,7 +79,7 @@ impl Texts {
             && self.agrees(program, path, index, view)
     }
 
-    /// Do the words say where the move goes?
+    /// Do the words of the block give the end and the centre of the move?
     fn agrees(&self, program: &Program, path: &Toolpath, index: usize, view: &View) -> bool {
         let motion = &path.moves[index];
         let (curve, modes) = (motion.curve(), self.modes[motion.block.ix()]);
@@ -113,7 +112,7 @@ impl Texts {
         ends && centre
     }
 
-    /// Does the block of a move name its motion?
+    /// Does the block of a move have a motion code?
     fn names_motion(&self, motion: &Move) -> bool {
         let names = |view: &View| view.g_codes().any(|code| matches!(code, 0 | 10 | 20 | 30));
         self.views.get(motion.block.ix()).is_some_and(names)
@@ -125,11 +124,11 @@ impl Texts {
 pub struct Moved {
     /// Its bytes.
     pub bytes: Vec<u8>,
-    /// Blocks whose coordinates are other than they were.
+    /// Blocks with changed coordinates.
     pub blocks_changed: usize,
-    /// Coordinates put in where a block left them out.
+    /// Coordinates added to blocks that left them out.
     pub words_added: usize,
-    /// Arcs that became chords, and the lines this added.
+    /// Arcs that became chords, and the lines added for these.
     pub arcs_cut: [usize; 2],
 }
 
@@ -166,7 +165,7 @@ pub fn write(program: &Program, path: &Toolpath, knots: &Knots, offsets: &[Vec3]
     moved
 }
 
-/// The edits with the mark before the first block of code, where something is edited and the mark does not stand there yet.
+/// The edits with the mark before the first block of code, if there are edits and no mark yet.
 fn marked(program: &Program, edits: Vec<Edit>) -> Vec<Edit> {
     let stands = memchr::memmem::find(program.text(), MARK.as_bytes()).is_some();
     let part = program.parts().next().expect("a program has its own text");
@@ -191,16 +190,16 @@ struct Block<'a> {
 struct Writer<'a> {
     program: &'a Program,
     manners: Manners,
-    /// Where the tool is by what is written.
+    /// Position of the tool in the written program, mm.
     at: Vec3,
-    /// Motion code in force by what is written, in tenths.
+    /// Motion code in force in the written program, in tenths.
     motion: Option<u32>,
     edits: Vec<Edit>,
     moved: Moved,
 }
 
 impl Writer<'_> {
-    /// A block that stays: axes it does not name stay where they are.
+    /// A block that is not rewritten: axes that it does not name keep the written position.
     fn as_it_is(&mut self, text: Option<(&View, Modes)>, curve: &Curve, kind: MoveKind) {
         let (from, to) = (curve.from(), curve.to());
         for axis in 0..3 {
@@ -241,7 +240,7 @@ impl Writer<'_> {
         self.moved.blocks_changed += usize::from(self.edits.len() > count);
     }
 
-    /// The motion code where it is another than the one in force.
+    /// Writes the motion code if it differs from the one in force.
     fn name_motion(&mut self, block: &Block, before: &Curve, wanted: u32) {
         let own = block.view.words.iter().find(|word| word.letter == b'G' && is_motion(word.number));
         let name = format!("{}{}", if self.manners.lower { 'g' } else { 'G' }, wanted / 10);
@@ -264,7 +263,7 @@ impl Writer<'_> {
         self.motion = Some(wanted);
     }
 
-    /// The words of the end point.
+    /// Writes the words of the end point.
     fn coordinates(&mut self, block: &Block, to: Vec3) {
         let mut put_in = Vec::new();
         let like = block.view.words.iter().rfind(|word| AXES.contains(&word.letter)).copied();
@@ -296,7 +295,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The number for a coordinate, and where the tool then is.
+    /// The number of a coordinate, and the position it gives, mm.
     fn number(&self, block: &Block, axis: usize, to_mm: f64, like: &Word) -> (Decimal, f64) {
         let unit_mm = block.modes.unit_mm();
         let start = if block.modes.incremental { self.at[axis] } else { block.shift[axis] };
@@ -309,7 +308,7 @@ impl Writer<'_> {
         own.max(self.program.dialect().coordinate_digits(block.modes.inch) as u32)
     }
 
-    /// The words of the centre of an arc that begins at `start`.
+    /// Writes the words of the centre or radius of an arc that begins at `start`.
     fn centre(&mut self, block: &Block, arc: &Arc, start: Vec3) {
         let unit_mm = block.modes.unit_mm();
         if let Some(word) = block.view.only(b'R').copied() {
@@ -335,7 +334,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A line of coordinates behind a block.
+    /// A line of coordinates that follows a block.
     fn line(&mut self, block: &Block, to: Vec3) -> Vec<u8> {
         let gap: &[u8] = if self.manners.spaced { b" " } else { b"" };
         let mut out = Vec::new();
@@ -364,7 +363,7 @@ impl Writer<'_> {
         crate::diag::Span { start, end: word.span.end }
     }
 
-    /// A word in the manner of another.
+    /// A word in the format of another.
     fn written(&self, like: &Word, letter: u8, number: Decimal) -> Vec<u8> {
         let bytes = like.span.of(self.program.text());
         let own = number_bytes(self.program, like);

@@ -1,27 +1,29 @@
-//! A bound on how high a tool is held by triangles of which only a box in the plane and a plane above them are known. In: triangles,
-//! tool shape. Out: no tip at a place is held higher than this.
+//! Upper bound of the tip height of a tool that rests on triangles, from a box in XY and a plane above them. In:
+//! triangles, tool shape. Out: the bound at a place.
 //!
-//! With g the gradient of the plane and h the lower side of the tool ([`touch`](super::touch)), f(x) = plane(x) − h(|x − axis|)
-//! bounds what the box can hold. For a ball f is concave and bends by at least 1/r: about any point x₀ of the box
+//! With g the gradient of the plane and h the lower side of the tool ([`touch`](super::touch)), the tip is at most the
+//! maximum of f(x) = plane(x) − h(|x − axis|) over the box. For a ball f is concave with second derivatives of at most
+//! −1/r, so for any point x₀ of the box
 //!
 //! f(x₀ + Δ) ≤ f(x₀) + ∇f·Δ − Δ²/2r,
 //!
-//! whose largest value over the box is found axis by axis. x₀ is the point of the box next to where the tool touches the
-//! plane, at a + r|g|/√(1+g²) uphill. Where there is a flat, f does not bend around the axis; there, with ρ = |x − axis| and γ the
-//! angle from uphill,
+//! whose maximum over the box is found axis by axis. x₀ is the point of the box nearest to the contact with the plane,
+//! which is a + r|g|/√(1+g²) uphill of the axis. With a flat of radius a, f is not strictly concave; there, with ρ = |x
+//! − axis| and γ the angle from uphill,
 //!
-//! f(x) = plane(axis) + ρ|g| cos γ − h(ρ),
+//! f(x) = plane(axis) + ρ|g| cos γ − h(ρ).
 //!
-//! and the largest cos γ over the box, taken with any ρ that the box spans, is no less: largest at ρ = a + r·s/√(1+s²), s = |g| cos γ.
+//! The largest cos γ over the box combined with any ρ of the box bounds f: the maximum is at ρ = a + r·s/√(1+s²), s =
+//! |g| cos γ.
 
 use super::shape::Shape;
 use crate::path::Vec3;
 
-/// What a bound stays above rounding, mm.
+/// Allowance for rounding, mm.
 const SLACK_MM: f64 = 1e-9;
-/// A plane of a node is never steeper than this; any plane above its corners bounds it.
+/// Largest slope of the plane; for steeper triangles a level one is used, as any plane above the corners is a bound.
 const STEEPEST: f64 = 20.0;
-/// What lies in a box of the plane, and below a plane.
+/// A box in XY and a plane, with the triangles in the one and below the other.
 #[derive(Debug, Clone, Copy)]
 pub struct Bound {
     /// Least and largest x and y, mm.
@@ -29,11 +31,11 @@ pub struct Bound {
     /// As above.
     pub high: [f64; 2],
     gradient: [f64; 2],
-    /// Height of the plane above the origin, mm.
+    /// Height of the plane at the origin, mm.
     level: f64,
-    /// How far above the plane under it a tip that rests on it stands, mm.
+    /// Height of the tip above the plane, measured at the axis, when the tool rests on the plane, mm.
     lift: f64,
-    /// From the axis to where the tool touches the plane, mm.
+    /// Vector from the axis to the contact with the plane, mm.
     uphill: [f64; 2],
     /// Slope of the plane.
     slope: f64,
@@ -71,7 +73,7 @@ impl Bound {
         }
     }
 
-    /// No tip at `p` is held higher than this by what lies within; minus infinity where that is no more than `known_mm`.
+    /// Upper bound of the tip at `p`, mm; minus infinity if it is known quickly to be at most `known_mm`.
     #[inline]
     pub fn at(&self, p: [f64; 2], shape: Shape, known_mm: f64) -> f64 {
         let Shape { flat_mm: a, corner_mm: r } = shape;
@@ -87,15 +89,15 @@ impl Bound {
         if a > 0.0 { under + self.around(p, shape, least) } else { under + self.below_ball(p, r) }
     }
 
-    /// Largest f over the box above the plane under the axis, for a ball of radius `r`.
+    /// Bound of f over the box, less the height of the plane at the axis, for a ball of radius `r`.
     #[inline]
     fn below_ball(&self, p: [f64; 2], r: f64) -> f64 {
         let within = |axis: usize| (p[axis] + self.uphill[axis]).clamp(self.low[axis], self.high[axis]) - p[axis];
         let off = [within(0), within(1)];
         let rise = r * r - (off[0] * off[0] + off[1] * off[1]);
         if rise <= 1e-6 * r * r {
-            // That point lies on or beyond the rim of the tool, where h has no slope: no contact is higher than on the plane,
-            // nor than the plane is within the box.
+            // x₀ is at or beyond the largest radius of the tool, where h has no finite slope: use the smaller of the
+            // contact with the plane and the highest point of the plane within the box.
             let most = |axis: usize| {
                 let g = self.gradient[axis];
                 (g * (self.low[axis] - p[axis])).max(g * (self.high[axis] - p[axis]))
@@ -114,7 +116,7 @@ impl Bound {
         bound
     }
 
-    /// The same for a tool with a flat; `least` is how far the box lies beside the axis along x and y.
+    /// The same for a tool with a flat; `least`: distance of the box from the axis along x and y.
     #[inline]
     fn around(&self, p: [f64; 2], shape: Shape, least: [f64; 2]) -> f64 {
         let Shape { flat_mm: a, corner_mm: r } = shape;
@@ -129,11 +131,12 @@ impl Bound {
         out * s - (r - (r * r - q * q).max(0.0).sqrt())
     }
 
-    /// Largest cosine of the angle from uphill over a box beside the axis: 1 where it lies across the way uphill, else at a corner.
+    /// Largest cosine of the angle from uphill over a box beside the axis: 1 if the box crosses the uphill direction,
+    /// else at a corner.
     #[inline]
     fn most_uphill(&self, x: [f64; 2], y: [f64; 2]) -> f64 {
         let [gx, gy] = self.gradient;
-        // A corner to the left of the way uphill and one to the right of it; squares of cosines with their sign.
+        // A corner to the left of the uphill direction and one to the right; squared cosines with sign.
         let (mut left, mut right, mut most) = ([0.0; 2], [0.0; 2], f64::NEG_INFINITY);
         for x in x {
             for y in y {
@@ -146,7 +149,7 @@ impl Bound {
                 most = most.max(along * along.abs() / (x * x + y * y));
             }
         }
-        // From the right one to the left one by less than half a turn: the way uphill lies between them.
+        // Less than half a turn from the right one to the left one: the uphill direction lies between them.
         if right[0] * left[1] - right[1] * left[0] > 0.0 {
             return 1.0;
         }

@@ -1,8 +1,8 @@
-//! What the written program does, by the ordinary pipeline. In: its text, the job, the stock the surface carries. Out: force and
-//! time of every station that cuts, the largest force, the share of the contact length near the reference.
+//! Check of the written program by the ordinary simulation. In: its text, the job, the stock on the surface. Out:
+//! times, the largest forces, the share of the contact length with a force near the reference.
 //!
-//! The text is read, interpreted and simulated like any other program, in a height field that stands above the surface by the
-//! stock; nothing of the plan is used but what each of its motions is part of.
+//! The text is read, interpreted and simulated like any other program, in a height field of the stock. Of the plan only
+//! the pass of each motion is used.
 
 use super::drop::Dropper;
 use super::passes::Bind;
@@ -20,46 +20,46 @@ use crate::stock::{Blank, Piece, Relief, saved};
 use rayon::prelude::*;
 use std::path::Path;
 
-/// What came out.
+/// Result of the check.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Check {
     /// Time of the program, s.
     pub time_s: f64,
     /// Time of its feed motions, s.
     pub feed_s: f64,
-    /// Length on which something is cut on a pass, mm.
+    /// Length of cutting on passes, mm.
     pub contact_mm: f64,
-    /// Length of that on which the force is what bounds the step-over, mm.
+    /// Part of it on which the force bounds the step-over, mm.
     pub bound_mm: f64,
-    /// Share of that length on which the force lies within 10 % of the reference.
+    /// Share of that part on which the force is within 10 % of the reference.
     pub within_10_percent: f64,
-    /// Its mean over the reference, by length.
+    /// Mean force over the reference on that part, weighted by length.
     pub mean_ratio: f64,
     /// Largest force on passes, N, and its line.
     pub largest_n: (f64, u32),
-    /// Force that 99 % of the contact length stays below, N.
+    /// Force that is not exceeded on 99 % of the contact length, N.
     pub p99_n: f64,
     /// Largest force on leads and links, N, and its line.
     pub links_n: (f64, u32),
-    /// Force on every pass: mean by length and largest, N.
+    /// For every pass 0 (not used) and the largest force, N.
     pub by_pass: Vec<[f64; 2]>,
-    /// What the program cuts at rapid, or otherwise must not do, one sentence each.
+    /// Collisions, cutting at rapid and the like, one sentence each.
     pub events: Vec<String>,
-    /// What could not be read, one sentence each.
+    /// Diagnostics of reading, one sentence each.
     pub doubts: Vec<String>,
 }
 
-/// Cells of the stock, mm: a quarter of the least step-over would be finer than the walls need, which are exact.
+/// Cells of the stock, mm; finer ones are not needed, as engaged arcs are exact.
 const CELL_MM: f64 = 0.1;
 /// Most cells along the longer side.
 const CELLS: f64 = 1500.0;
-/// Stations of the check lie at most this far apart, mm.
+/// Largest spacing of stations, mm.
 const SPACING_MM: f64 = 1.0;
-/// Bottom of the stock below the lowest point of the surface, mm.
+/// Depth of the bottom of the stock below the lowest point of the surface, mm.
 const BELOW_MM: f64 = 5.0;
 
-/// Stock that stands above a surface by a constant thickness along the normal: a ball of that radius that rests on the surface has its
-/// middle on the parallel surface.
+/// Stock of constant thickness along the normal: the centre of a ball of that radius resting on the surface lies on the
+/// parallel surface.
 pub fn stock(surface: &Surface, thickness_mm: f64) -> Piece {
     let extent = Box3 {
         min: Vec3::new(surface.extent.min.x, surface.extent.min.y, surface.extent.min.z - BELOW_MM),
@@ -79,12 +79,13 @@ pub fn stock(surface: &Surface, thickness_mm: f64) -> Piece {
     Piece::uncut(Blank::Heights(Box::new(Relief::from_rows(extent, size, heights))), cell)
 }
 
-/// Ends this near are those of one step, mm: coordinates are written to 0.001 mm or 0.0001 in, so they are off by 0.0013 mm at most.
+/// Distance within which an end of a motion is that of a step, mm: coordinates are written to 0.001 mm or 0.0001 in and
+/// so are off by at most 0.0013 mm.
 const SAME_MM: f64 = 0.002;
-/// Name under which the simulation asks for the stock.
+/// Name of the saved stock.
 const NAME: &str = "stock above the surface";
 
-/// The job with a saved stock in place of its own: whatever the simulation asks for is that stock.
+/// The job with a saved stock instead of its own, to be supplied by a loader.
 pub fn with_saved_stock(job: &Job) -> Job {
     let mut job = job.clone();
     job.stocks.truncate(1);
@@ -96,13 +97,14 @@ pub fn with_saved_stock(job: &Job) -> Job {
     job
 }
 
-/// What the motions of a text are part of: a motion that was cut in pieces ends where the step did that they lie on.
+/// Pass and bound of each motion of a text. A step may be several motions; the last of these ends at the end of the
+/// step.
 fn parts(toolpath: &Toolpath, steps: &[Step]) -> Vec<Option<(u32, Bind)>> {
     let (mut parts, mut k) = (Vec::with_capacity(toolpath.moves.len()), 0);
     for motion in &toolpath.moves {
         parts.push(steps.get(k).and_then(|step| step.of));
         let end = motion.curve().to();
-        // A step that ends where it begins is no motion of the text.
+        // A step without length makes no motion in the text.
         while steps.get(k).is_some_and(|step| (end - step.to).amax() < SAME_MM) {
             k += 1;
         }
@@ -110,7 +112,7 @@ fn parts(toolpath: &Toolpath, steps: &[Step]) -> Vec<Option<(u32, Bind)>> {
     parts
 }
 
-/// Time of a program alone, without a simulation.
+/// Times of a program, without a simulation.
 pub fn timed(text: &str, dialect: Dialect, job: &Job) -> Check {
     let job = with_saved_stock(job);
     let program = nc::parse(text.as_bytes().to_vec(), Some(dialect));
@@ -126,7 +128,7 @@ fn times(toolpath: &Toolpath, job: &Job) -> Check {
     Check { time_s: realised.total_s, feed_s: fed.map(|(_, s)| s).sum(), ..Check::default() }
 }
 
-/// Simulates a program; `steps` is what it was written from, `piece` the stock.
+/// Simulates a program; `steps`: the motions it was written from; `piece`: the stock.
 pub fn check(
     text: &str,
     dialect: Dialect,
@@ -202,7 +204,7 @@ pub fn check(
     Ok(found)
 }
 
-/// The value that a share of the length stays below.
+/// The force that is not exceeded on a share of the length.
 fn below(all: &mut [(f64, f64)], share: f64) -> f64 {
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     let whole: f64 = all.iter().map(|(_, length)| length).sum();
@@ -220,8 +222,8 @@ fn below(all: &mut [(f64, f64)], share: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Steps of 1 mm along X, the second without a length; the text has the third in two pieces. Rounding to 0.0013 mm is no other
-    /// place, 0.0021 mm is one.
+    /// Steps of 1 mm along X, the second without length; the text has the third in two pieces. A difference of 0.0013
+    /// mm is rounding, one of 0.0021 mm is not.
     #[test]
     fn motions_belong_to_the_step_that_they_lie_on() {
         let step = |x: f64, pass: u32| Step {

@@ -1,21 +1,21 @@
-//! Passes of one height each, from the top downwards (constant z). In: a terrain, its steep part, bounds, feeds to choose from, a
-//! reference force. Out: the passes in the order of cutting, and what bounds them where.
+//! Passes of one height each, from the top downwards (constant z). In: a terrain, its steep part, bounds, feeds to
+//! choose from, a reference force. Out: the passes in order of cutting, with active bounds.
 //!
-//! From every place p of a level the next pass may step over downhill by s, as far as [`Reach`] says; that is a step
-//! down of
+//! At every place p of a level the next pass may step downhill by s, as far as [`Reach`] allows; that is a step down of
 //!
 //! Δz = H(p) − H(p + s·side),
 //!
-//! H the height of the tip. The level below takes the least Δz of all places from which that step stays on steep ground going down.
-//! Where the ground ends, so that no place of a pass makes the whole step, its last part, if it is wider than half the step-over before
-//! it, gets a level on its edge. Each curve of a level is a pass of its own, cut when those above it have been. Closed ones run with
-//! the surface on their right (climb milling under M3); those with ends run to and fro.
+//! H the height of the tip. The next level is lower by the least Δz of all places whose step stays on descending steep
+//! ground. If the steep ground ends, so that no place of a pass can make the whole step, the remainder gets a level on
+//! its edge if it is wider than half the step-over before it. Each curve of a level is a pass of its own, cut after
+//! those above it. Closed ones run with the surface on their right (climb milling with M3); open ones alternate their
+//! direction.
 //!
-//! Step-over and least step-over are measured along the surface here: seen from above they vanish on a wall.
+//! Step-over and least step-over are measured along the surface here, because seen from above they vanish on a wall.
 
 use super::drop::Contact;
 use super::levels::{Curve, downhill};
-use super::order::{Strand, order};
+use super::order::{LevelStretch, order};
 use super::passes::{Bind, Constant, Pass, Plan, Spot, Wish, bound, feed_for};
 use super::reach::{Bounds, Reach, Terrain};
 use super::section::Beside;
@@ -24,54 +24,54 @@ use crate::numeric::bisect;
 use crate::path::Vec3;
 use rayon::prelude::*;
 
-/// A place bounds a level if its own step down is larger than the one taken by no more than this part: the force does not grow
-/// faster than the step-over, so that it lies as near to the reference.
+/// A place bounds a level if its allowed step down exceeds the chosen one by at most this share: its force is then as
+/// close to the reference, as force grows no faster than the step-over.
 const BOUNDS_WITHIN: f64 = 0.02;
-/// Steps of the force are settled where they exceed the least by less than this part: what lies between those known, in which they
-/// were found along a straight line, is off by less.
+/// Steps bounded by the force are refined if they exceed the least by less than this share, which is more than the
+/// error of the linear interpolation.
 const SETTLED_WITHIN: f64 = 0.2;
-/// Halvings of a way up or down the slope: of a radius of 3 mm to 0.2 µm.
+/// Bisections of a distance along the slope: of 3 mm to 0.2 µm.
 const HALVINGS: u32 = 14;
-/// A step that takes this part of the way to the end of the ground takes all of it: the end is halved out to a ten-thousandth.
+/// A step of at least this share of the distance to the end of the ground is one to its end.
 const END_WITHIN: f64 = 0.999;
-/// From one look for the pass above to the next, in ratios of the way.
+/// Factor on the distance between attempts to find the pass above.
 const FARTHER: f64 = 1.5;
-/// Least upright part of a normal that lengths are divided by: that of a wall of 89.4°.
+/// Least z component of a normal by which lengths are divided: a wall of 89.4°.
 const UPRIGHT: f64 = 0.01;
 
-/// A level that has been laid: its spots with what they allow below, and the stretch each is of.
+/// A level: its spots, and the stretch of each.
 struct Level {
     spots: Vec<(Spot, usize)>,
     height_mm: f64,
 }
 
-/// What a place allows for the level below.
+/// Allowed steps from a place to the level below.
 struct Below {
-    /// Which of the spots.
+    /// Index of the spot.
     spot: usize,
-    /// Heading and downhill there.
+    /// Heading, and direction downhill.
     ways: [[f64; 2]; 2],
-    /// Steps down by feed, mm, and what bounds them.
+    /// For each feed the step down, mm, and what bounds it.
     steps: Vec<(f64, Bind)>,
-    /// Those that stay on steep ground.
+    /// For each feed: does the step stay on steep ground?
     whole: Vec<bool>,
-    /// How far it is to the lower end of the steep ground, seen from above and downwards, where that is nearer than the largest step,
-    /// mm.
+    /// Distance to the lower end of the steep ground, seen from above and vertically, mm; `None` if it is beyond the
+    /// largest step.
     end_mm: Option<[f64; 2]>,
     reach: Option<Reach>,
-    /// Length of the pass that it stands for, mm.
+    /// Length of the pass at this place, mm.
     length_mm: f64,
     /// Tangent of the slope.
     slope: f64,
 }
 
-/// Step-over bounds as seen from above, of those along the surface.
+/// Converts step-over bounds along the surface to bounds seen from above.
 pub fn bounds_at(bounds: &Bounds, contact: &Contact) -> Bounds {
     let lean = contact.normal.z.max(UPRIGHT);
     Bounds { least_mm: lean * bounds.least_mm, largest_mm: lean * bounds.largest_mm, ..*bounds }
 }
 
-/// Heading of a pass with the higher ground on its right, where downhill is this way.
+/// Heading of a pass with the higher ground on its right, from the downhill direction.
 pub fn heading(down: [f64; 2]) -> [f64; 2] {
     [down[1], -down[0]]
 }
@@ -80,13 +80,13 @@ pub fn heading(down: [f64; 2]) -> [f64; 2] {
 pub fn plan(terrain: &Terrain, steep: &Steep, wish: &Wish) -> Plan {
     let least_mm = wish.bounds.least_mm * steep.least_sine();
     let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()], ..Plan::default() };
-    let (mut strands, mut before): (Vec<Strand>, Option<(Level, Vec<Bind>)>) = (Vec::new(), None);
+    let (mut strands, mut before): (Vec<LevelStretch>, Option<(Level, Vec<Bind>)>) = (Vec::new(), None);
     let (mut places, mut beyond) = (0usize, 0usize);
     let top = |below_mm: f64| steep.highest_below(terrain.dropper, below_mm);
-    // At its very top the steep ground is touched here and there: the least step below it all round.
+    // At the very top only single points are steep: start the least step below.
     let mut next = top(f64::INFINITY).map(|top| top - least_mm);
     while let Some(height_mm) = next {
-        let level = lay((terrain, steep, wish), height_mm, before.as_ref(), &mut strands, &mut plan.strips_mm2);
+        let level = add_level((terrain, steep, wish), height_mm, before.as_ref(), &mut strands, &mut plan.strips_mm2);
         let mut below: Vec<Below> = (0..level.spots.len())
             .into_par_iter()
             .filter_map(|k| allowed((terrain, steep, wish), (&level, k)))
@@ -125,12 +125,12 @@ fn is_beyond(place: &Below) -> bool {
     place.steps.iter().all(|(_, bind)| *bind == Bind::Least)
 }
 
-/// The stretches of a level; strips above it that no pass bounds are added to `strips_mm2`.
-fn lay(
+/// Adds the stretches of a level; the area of strips above it without a pass is added to `strips_mm2`.
+fn add_level(
     (terrain, steep, wish): (&Terrain, &Steep, &Wish),
     height_mm: f64,
     before: Option<&(Level, Vec<Bind>)>,
-    strands: &mut Vec<Strand>,
+    strands: &mut Vec<LevelStretch>,
     strips_mm2: &mut f64,
 ) -> Level {
     let mut level = Level { spots: Vec::new(), height_mm };
@@ -146,13 +146,14 @@ fn lay(
         }
         let bind = |above: &Above| above.pass.and_then(|(_, k)| Some(before?.1[k])).unwrap_or(Bind::Edge);
         let sign = if back { -1.0 } else { 1.0 };
-        let spot = |(p, above): (&[f64; 2], &Above)| look((terrain, wish), (*p, height_mm), (above, bind(above)), sign);
+        let spot =
+            |(p, above): (&[f64; 2], &Above)| spot_at((terrain, wish), (*p, height_mm), (above, bind(above)), sign);
         let spots: Vec<Spot> = points.par_iter().zip(&uphill).filter_map(spot).collect();
         *strips_mm2 += uphill.iter().map(|above| above.strip_mm).sum::<f64>() * mean_apart_mm(&points);
         parents.sort_unstable();
         parents.dedup();
         level.spots.extend(spots.iter().map(|spot| (*spot, strands.len())));
-        strands.push(Strand { spots, closed, back, parents, height_mm });
+        strands.push(LevelStretch { spots, closed, back, parents, height_mm });
     }
     level
 }
@@ -163,17 +164,17 @@ fn mean_apart_mm(points: &[[f64; 2]]) -> f64 {
     whole / points.len().saturating_sub(1).max(1) as f64
 }
 
-/// What lies uphill of a place.
+/// The pass or the end of the surface uphill of a place.
 struct Above {
-    /// The pass above: where, mm, and which of its spots is next.
+    /// The pass above: place on it, mm, and its nearest spot.
     pass: Option<([f64; 2], usize)>,
-    /// Where there is none: the end of the surface, if it is near, mm.
+    /// Without a pass: the end of the surface, if it is near, mm.
     end: Option<Vec3>,
-    /// And how wide the steep ground is up to its end, along the surface, mm.
+    /// Without a pass: width of the steep ground up to its end, along the surface, mm.
     strip_mm: f64,
 }
 
-/// Goes uphill from a place for the pass above.
+/// Searches uphill from a place for the pass above.
 fn above(
     (terrain, steep, wish): (&Terrain, &Steep, &Wish),
     p: [f64; 2],
@@ -200,7 +201,7 @@ fn above(
                 (q[0] - place[0]).hypot(q[1] - place[1])
             };
             let nearest = (0..before.spots.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
-            // The level goes on there, but a pass need not: it has ends, and short stretches are left out.
+            // The level curve exists there, but there may be no pass: passes end, and short stretches are left out.
             let there = nearest.filter(|k| far(k) < 0.5 * terrain.shape().radius_mm());
             if let Some(there) = there {
                 return Above { pass: Some((place, there)), ..none };
@@ -214,8 +215,8 @@ fn above(
     Above { pass: None, end, strip_mm: wide_mm / contact.normal.z.max(UPRIGHT) }
 }
 
-/// What a pass does at a place; `sign`: −1 with the higher ground on its left.
-fn look(
+/// A spot of a pass with its loads; `sign`: −1 with the higher ground on its left.
+fn spot_at(
     (terrain, wish): (&Terrain, &Wish),
     (at, height_mm): ([f64; 2], f64),
     (above, bind): (&Above, Bind),
@@ -239,7 +240,7 @@ fn look(
     Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm: here.scallop_mm, bind, tip })
 }
 
-/// What a spot of a level allows below.
+/// Allowed steps from a spot to the level below.
 fn allowed((terrain, steep, wish): (&Terrain, &Steep, &Wish), (level, spot): (&Level, usize)) -> Option<Below> {
     let p = level.spots[spot].0.at;
     let contact = terrain.dropper.drop(p)?;
@@ -258,7 +259,8 @@ fn allowed((terrain, steep, wish): (&Terrain, &Steep, &Wish), (level, spot): (&L
             (None, end(over), vec![(over, Bind::Neighbours)])
         }
         None => {
-            // Beyond the end the tool rolls over an edge, or leans on the other side of a valley: loads there say nothing of this one.
+            // Beyond the end the tool rolls over an edge or touches the other side of a valley: loads there do not
+            // apply.
             let end = end(bounds.largest_mm);
             let largest_mm = end.unwrap_or(bounds.largest_mm).max(bounds.least_mm);
             let reach = terrain.reach(p, (ways[0], ways[1]), &Bounds { largest_mm, ..bounds })?;
@@ -277,7 +279,7 @@ fn allowed((terrain, steep, wish): (&Terrain, &Steep, &Wish), (level, spot): (&L
     Some(Below { spot, ways, steps, whole, end_mm, reach, length_mm: 0.0, slope })
 }
 
-/// Shares the length of every stretch out among its places.
+/// Distributes the length of every stretch over its places.
 fn lengths(level: &Level, below: &mut [Below]) {
     let of = |k: usize| level.spots[k].1;
     for place in below {
@@ -287,8 +289,8 @@ fn lengths(level: &Level, below: &mut [Below]) {
     }
 }
 
-/// The step down at a feed, by its number in the wish: least over the places that make the whole step; of a stretch that ends, down
-/// to the end if its last part is wider than half the step-over before it.
+/// The step down for feed number `k` of the wish, mm: the least over places that can make the whole step; for a stretch
+/// without such a place, down to its end if the remainder is wider than half the step-over before it.
 fn step_down(level: &Level, below: &[Below], k: usize) -> Option<f64> {
     let of = |place: &Below| level.spots[place.spot].1;
     let stretch = |places: &[Below]| {
@@ -302,7 +304,7 @@ fn step_down(level: &Level, below: &[Below], k: usize) -> Option<f64> {
     below.chunk_by(|a, b| of(a) == of(b)).filter_map(stretch).reduce(f64::min)
 }
 
-/// The feed, by its number in the wish, at which the level below clears the most area a second.
+/// Index of the feed in the wish with which the level below clears the largest area per second.
 fn chosen(level: &Level, below: &[Below], wish: &Wish) -> Option<usize> {
     let rate = |k: usize| {
         let step_mm = step_down(level, below, k)?;
@@ -314,7 +316,7 @@ fn chosen(level: &Level, below: &[Below], wish: &Wish) -> Option<usize> {
     rates.reduce(|a, b| if b.1 > a.1 { b } else { a }).map(|(k, _)| k)
 }
 
-/// Works out anew the steps of the force that may be the least.
+/// Refines the steps bounded by the force that may be the least.
 fn settle(terrain: &Terrain, level: &Level, below: &mut [Below], (wish, k): (&Wish, usize)) {
     let Some(least) = step_down(level, below, k) else { return };
     let ask = [wish.feeds_mm_s[k], wish.reference_n];
@@ -352,8 +354,8 @@ fn binds(terrain: &Terrain, level: &Level, below: &[Below], step: Option<(usize,
     binds
 }
 
-/// Does the surface end below the pass so near that it engages less than on ground that goes on? Below the contact a corner of radius r
-/// meets stock of thickness t as far as √(2 r t) down the slope.
+/// Does the surface end so close below the pass that the engagement is smaller? A corner of radius r is in stock of
+/// thickness t down to √(2 r t) below the contact along the slope.
 fn is_cut_short(terrain: &Terrain, level: &Level, place: &Below, step_mm: f64) -> bool {
     let p = level.spots[place.spot].0.at;
     let Some(contact) = terrain.dropper.drop(p) else { return true };
@@ -363,7 +365,7 @@ fn is_cut_short(terrain: &Terrain, level: &Level, place: &Below, step_mm: f64) -
     there.is_none_or(|contact| contact.rim)
 }
 
-/// Strips below the places where the steep ground ends before the next level, along the surface, mm².
+/// Area along the surface of strips where the steep ground ends before the next level, mm².
 fn strips_mm2(below: &[Below], step_mm: Option<f64>) -> f64 {
     let strip = |place: &Below| {
         let [over, down] = place.end_mm.filter(|[_, down]| step_mm.is_none_or(|step| *down < step))?;
@@ -372,7 +374,8 @@ fn strips_mm2(below: &[Below], step_mm: Option<f64>) -> f64 {
     below.iter().filter_map(strip).sum()
 }
 
-/// The passes of the largest step down that keeps force and scallop wherever the varying plan looked, at its best feed.
+/// The plan of the largest constant step down that keeps force and scallop at all places of the varying plan, at its
+/// best feed.
 pub fn constant(terrain: &Terrain, steep: &Steep, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
     let step = |k: usize| varying.everywhere_mm[k][0];
     let rate = |k: usize| wish.feeds_mm_s[k] * step(k);

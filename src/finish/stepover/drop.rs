@@ -1,8 +1,8 @@
-//! Drop-cutter: how far a tool can be lowered along its axis until it touches a mesh. In: triangles, tool shape, places in the
-//! plane. Out: height of the tip with the point of contact.
+//! Drop-cutter: lowers a tool along its axis until it touches a mesh. In: triangles, tool shape, places in XY. Out:
+//! height of the tip, with the point of contact.
 //!
-//! Triangles lie in a tree of halves; a node holds the bound of its triangles ([`Bound`]). The child with the higher bound is opened
-//! first; what stays below the contact found so far is never opened.
+//! The triangles form a binary tree; each node has an upper bound of the tip height ([`Bound`]). The child with the
+//! higher bound is visited first; nodes whose bound is below the contact found so far are skipped (branch and bound).
 
 use super::bound::Bound;
 use super::shape::Shape;
@@ -11,7 +11,7 @@ use super::touch::{Feature, Touched, touch};
 use crate::path::Vec3;
 use rayon::prelude::*;
 
-/// Where the tool rests.
+/// Contact of the tool with the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Height of the tip, mm.
@@ -20,35 +20,35 @@ pub struct Contact {
     pub point: Vec3,
     /// From the point of contact towards the tool, unit.
     pub normal: Vec3,
-    /// Triangle that is touched.
+    /// Triangle in contact.
     pub triangle: u32,
-    /// It is touched on an edge or corner where the surface ends, or is too steep to be machined.
+    /// Is the contact on the rim of the machined surface, or on a triangle that is too steep?
     pub rim: bool,
 }
 
-/// Triangles of a leaf.
+/// Most triangles of a leaf.
 const LEAF: usize = 4;
-/// Places that are looked at one after the other.
+/// Places that one thread handles in sequence.
 const RUN: usize = 1024;
 
-/// A mesh made ready for one tool.
+/// A mesh prepared for one tool.
 #[derive(Debug)]
 pub struct Dropper<'a> {
     surface: &'a Surface,
     shape: Shape,
-    /// Numbers of the triangles, leaf by leaf.
+    /// Indices of the triangles, leaf by leaf.
     order: Vec<u32>,
     /// Their corners, mm, and bounds in that order.
     triangles: Vec<[Vec3; 3]>,
     leaves: Vec<Bound>,
-    /// Which of their edges can hold a tool.
+    /// Which of their edges are tested for contact.
     kept: Vec<[bool; 3]>,
     nodes: Vec<Node>,
-    /// The node that each is half of.
+    /// Parent of each node.
     parents: Vec<u32>,
 }
 
-/// A node: its bound; two nodes from `first` on, or a leaf with `count` triangles from `first` on.
+/// A node with its bound: two child nodes from `first` on, or a leaf with `count` triangles from `first` on.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     bound: Bound,
@@ -57,7 +57,7 @@ struct Node {
 }
 
 impl<'a> Dropper<'a> {
-    /// Makes a surface ready for a tool.
+    /// Prepares a surface for a tool.
     pub fn new(surface: &'a Surface, shape: Shape) -> Self {
         let middle = |t: &[Vec3; 3], axis: usize| t[0][axis] + t[1][axis] + t[2][axis];
         let mut order: Vec<u32> = (0..surface.triangles.len() as u32).collect();
@@ -65,7 +65,7 @@ impl<'a> Dropper<'a> {
         let mut parents = vec![0];
         let mut nodes: Vec<Node> = Vec::with_capacity(order.len());
         let mut next = 0;
-        // Breadth first: the two halves of a node stand side by side.
+        // Breadth first: the two children of a node are neighbours.
         while next < ranges.len() {
             let (from, to) = ranges[next];
             next += 1;
@@ -91,20 +91,20 @@ impl<'a> Dropper<'a> {
         Self { surface, shape, order, triangles, leaves, kept, nodes, parents }
     }
 
-    /// The tool it was made ready for.
+    /// Shape of the tool.
     pub fn shape(&self) -> Shape {
         self.shape
     }
 
-    /// Lowers the tool at a place; `None` where nothing lies below it.
+    /// Lowers the tool at a place; `None` off the mesh.
     pub fn drop(&self, p: [f64; 2]) -> Option<Contact> {
         let mut best = Best::default();
         self.descend(p, 0, &mut best);
         self.contact(&best, p)
     }
 
-    /// Lowers it where it is likely to rest near `guess`, a contact found near by: from its leaf upwards through the tree, where most
-    /// of what lies beside stays below what is known.
+    /// Lowers the tool near a contact already found, `guess`: starts at its leaf and goes up the tree, where most
+    /// siblings can be skipped.
     fn near(&self, p: [f64; 2], guess: &Best) -> Best {
         let mut best = Best::default();
         let Some((_, k)) = guess.touched else {
@@ -116,14 +116,14 @@ impl<'a> Dropper<'a> {
         let mut at = guess.leaf;
         self.descend(p, at, &mut best);
         while at > 0 {
-            // The two halves of a node stand side by side, the first at an odd place.
+            // The two children of a node are neighbours, the first with an odd index.
             self.descend(p, if at % 2 == 1 { at + 1 } else { at - 1 }, &mut best);
             at = self.parents[at as usize];
         }
         best
     }
 
-    /// Looks for a higher contact below a node.
+    /// Searches for a higher contact below a node.
     fn descend(&self, p: [f64; 2], from: u32, best: &mut Best) {
         let shape = self.shape;
         let Some(start) = self.nodes.get(from as usize).filter(|node| node.bound.high[0] >= node.bound.low[0]) else {
@@ -159,7 +159,7 @@ impl<'a> Dropper<'a> {
         }
     }
 
-    /// Lowers it at many places; those near each other one after the other, as they need the same part of the mesh.
+    /// Lowers the tool at many places, sorted so that consecutive ones are close and use the same part of the mesh.
     pub fn drop_all(&self, places: &[[f64; 2]]) -> Vec<Option<Contact>> {
         let tile = |x: f64| (x / self.shape.radius_mm()).floor() as i64;
         let mut order: Vec<u32> = (0..places.len() as u32).collect();
@@ -201,9 +201,9 @@ impl<'a> Dropper<'a> {
 struct Best {
     /// Its tip, mm; minus infinity before there is one.
     tip_mm: f64,
-    /// Where, and the place of the triangle among the leaves.
+    /// The contact, and the position of its triangle among the leaves.
     touched: Option<(Touched, u32)>,
-    /// Node that holds the triangle.
+    /// Node of the triangle.
     leaf: u32,
 }
 
@@ -306,7 +306,7 @@ mod tests {
         }
     }
 
-    /// The tree only leaves out what cannot be touched.
+    /// The tree skips only triangles that cannot be touched.
     #[test]
     fn the_tree_finds_what_trying_every_triangle_finds() {
         let mut state = 7u64;
@@ -332,8 +332,8 @@ mod tests {
         }
     }
 
-    /// Edges that are left out, and the way up through the tree from a contact near by, change nothing: sheets of random heights, from
-    /// gentle to steeper than a wall of 85 degrees.
+    /// Skipped edges, and starting from a nearby contact, do not change the result: sheets of random heights, from
+    /// gentle to steeper than 85 degrees.
     #[test]
     fn a_rough_sheet_holds_the_tool_where_its_triangles_do() {
         let mut state = 11u64;

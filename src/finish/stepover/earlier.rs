@@ -1,8 +1,8 @@
-//! The stock that an earlier program left, as an allowance. In: its heights, a contact on the surface. Out: how thick it stands on the
-//! surface there, along the normal.
+//! Thickness of the stock that an earlier program left. In: its height field, a contact on the surface. Out: thickness
+//! along the normal there.
 //!
-//! With H the height of the stock over the plane, the thickness t is where the point c + t·n comes out of it: H(c + t·n) =
-//! (c + t·n)_z, by Newton steps with the slope of the surface in place of that of the stock (exact where the two run alike).
+//! With H the height of the stock, the thickness t solves H(c + t·n) = (c + t·n)_z, by Newton steps with the slope of
+//! the surface instead of that of the stock (exact if the two are parallel).
 
 use super::drop::Contact;
 use crate::path::Vec3;
@@ -11,7 +11,7 @@ use crate::stock::{Piece, Relief};
 /// Newton steps.
 const STEPS: usize = 12;
 
-/// Heights of stock in a frame turned about Z.
+/// Heights of stock in a frame rotated about Z.
 pub struct Earlier {
     relief: Relief,
     /// Sine and cosine of the angle from the frame to the stock.
@@ -19,13 +19,13 @@ pub struct Earlier {
 }
 
 impl Earlier {
-    /// The stock in a frame that is turned by `angle_rad` from its own.
+    /// The stock in a frame rotated by `angle_rad` from its own.
     pub fn new(piece: &Piece, angle_rad: f64) -> Self {
         let (sin, cos) = angle_rad.sin_cos();
         Self { relief: Relief::new(&piece.field), turn: [sin, cos] }
     }
 
-    /// Thickness on the surface at a contact, mm, at most `most_mm`; 0 where there is no stock.
+    /// Thickness on the surface at a contact, mm, at most `most_mm`; 0 without stock.
     pub fn thickness_mm(&self, contact: &Contact, most_mm: f64) -> f64 {
         let [sin, cos] = self.turn;
         let mut t = 0.0f64;
@@ -47,7 +47,7 @@ mod tests {
     use crate::machine::Box3;
     use crate::stock::Blank;
 
-    /// Stock 0.3 mm thick on a slope of 30 degrees, seen from a frame turned by 90 degrees.
+    /// Stock 0.3 mm thick on a slope of 30 degrees, in a frame rotated by 90 degrees.
     #[test]
     fn thickness_is_measured_along_the_normal() {
         let (sin, cos) = 30f64.to_radians().sin_cos();

@@ -1,26 +1,26 @@
-//! Lines and arcs through the points of a path. In: points close together, a tolerance, whether arcs are wanted. Out: the ends of
-//! the lines and arcs that stay within the tolerance of every point, each arc with a point that it goes through.
+//! Fits lines and arcs to the points of a path. In: closely spaced points, a tolerance, whether arcs are allowed. Out:
+//! lines and arcs within the tolerance of every point, each by its end; each arc also with an intermediate point.
 //!
-//! From each end on, the longest line and the longest arc are looked for; the one that goes farther is taken. An arc lies in a
-//! plane across an axis, as controls have them, goes through the first, the middle and the last of its points, and turns by less
-//! than half a turn, which rounding could make one the other way round.
+//! From the end of each part the longest line and the longest arc are determined, and the longer one is used. An arc
+//! lies in a plane normal to an axis, passes through the first, middle and last of its points, and turns by less than
+//! half a turn, where rounding could reverse its direction.
 
 use crate::path::{Plane, Vec3};
 
 /// A line, or an arc, to a point of the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Part {
-    /// Number of the point where it ends.
+    /// Index of its last point.
     pub to: usize,
-    /// Point that the arc goes through; `None`: a line.
+    /// Intermediate point of an arc; `None`: a line.
     pub via: Option<Vec3>,
 }
 
-/// Coordinates count as equal within this, mm: a plane of an arc.
+/// Tolerance of the plane of an arc, mm.
 const SAME_MM: f64 = 1e-6;
-/// Largest radius of an arc, mm: above it a line does, and controls lose digits.
+/// Largest radius of an arc, mm: above it a line suffices, and controls lose digits.
 const LARGEST_MM: f64 = 2000.0;
-/// Most that an arc turns by, rad.
+/// Largest sweep of an arc, rad.
 const MOST_RAD: f64 = 3.0;
 /// Fewest points that an arc replaces.
 const FEWEST: usize = 4;
@@ -41,7 +41,7 @@ pub fn fit(points: &[Vec3], tolerance_mm: f64, arcs: bool) -> Vec<Part> {
     parts
 }
 
-/// The farthest end that holds: by steps that double and then halve.
+/// The farthest end for which `holds` is true, by doubling and halving steps.
 fn farthest(from: usize, last: usize, least: usize, holds: &dyn Fn(usize) -> bool) -> usize {
     if from + least > last || !holds(from + least) {
         return from;
@@ -71,7 +71,7 @@ fn is_line(points: &[Vec3], tolerance_mm: f64) -> bool {
     })
 }
 
-/// Do they lie within it of the arc through the first, the middle and the last?
+/// Do all points lie, in order, within the tolerance of the arc through the first, middle and last?
 fn is_arc(points: &[Vec3], tolerance_mm: f64) -> bool {
     let (a, m, b) = (points[0], points[(points.len() - 1) / 2], points[points.len() - 1]);
     let within = |circle: &Circle| circle.radius_mm <= LARGEST_MM && circle.sweep_rad <= MOST_RAD;
@@ -87,7 +87,7 @@ fn is_arc(points: &[Vec3], tolerance_mm: f64) -> bool {
     })
 }
 
-/// A circle in a plane across an axis, from a point on.
+/// An arc in a plane normal to an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Circle {
     /// Plane.
@@ -105,7 +105,7 @@ pub struct Circle {
 }
 
 impl Circle {
-    /// The arc from `a` through `m` to `b`, in a plane across an axis; `None` where they lie on a line, or in no such plane.
+    /// The arc from `a` through `m` to `b`; `None` if they are collinear or in no plane normal to an axis.
     pub fn through(a: Vec3, m: Vec3, b: Vec3) -> Option<Self> {
         let level = |n: usize| (a[n] - m[n]).abs() < SAME_MM && (b[n] - m[n]).abs() < SAME_MM;
         let plane = [Plane::Xy, Plane::Zx, Plane::Yz].into_iter().find(|plane| level(plane.axes().2))?;
@@ -129,7 +129,7 @@ impl Circle {
         let (u, v, _) = self.plane.axes();
         let angle = (p[v] - self.centre[1]).atan2(p[u] - self.centre[0]) - self.start_rad;
         let angle = (if self.left { angle } else { -angle }).rem_euclid(std::f64::consts::TAU);
-        // A hair before the first point is not a whole turn behind it.
+        // Just before the first point by rounding: 0 instead of a whole turn.
         if angle > std::f64::consts::TAU - 1e-6 { 0.0 } else { angle }
     }
 }
@@ -173,12 +173,14 @@ mod tests {
         }
     }
 
-    /// No point is farther from its part than the tolerance, an arc askew to the axes is none, and more than half a turn is several.
+    /// No point is farther from its part than the tolerance, an arc in an oblique plane is not used, and a full turn
+    /// becomes several arcs.
     #[test]
     fn parts_stay_within_the_tolerance() {
         let wave = |k: usize| Vec3::new(0.1 * k as f64, 2.0, (0.05 * k as f64).sin());
         let points: Vec<Vec3> = (0..400).map(wave).collect();
-        // A line of 1 µm sagitta is √(8 · 1 µm / κ) long: 0.18 mm at the crests, where κ = 0.25 /mm, and the points are 0.1 mm apart.
+        // A line of 1 µm sagitta is √(8 · 1 µm / κ) long: 0.18 mm at the crests, where κ = 0.25 /mm, and the points are
+        // 0.1 mm apart.
         for (arcs, most) in [(true, 80), (false, 260)] {
             let parts = fit(&points, 1e-3, arcs);
             assert!(parts.len() < most, "{arcs}: {}", parts.len());

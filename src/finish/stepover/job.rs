@@ -1,14 +1,14 @@
-//! From a surface to a program. In: the surface, the job, what is asked. Out: the plan with its program, checked by simulation, and the
-//! best program of constant step-over beside it; or why there is none.
+//! From a surface to a program. In: the surface, the job, a request. Out: the plan with its program, checked by
+//! simulation, and for comparison the best program of constant step-over; or why there is none.
 
 use super::check::{self, Check};
+use super::comparison;
 use super::drop::{Contact, Dropper};
 use super::earlier::Earlier;
-use super::lay::{Bed, Lay};
+use super::layout::{Layout, PassArea};
 use super::passes::{self, Constant, Plan, Wish};
 use super::path::{self, Drawing, Step};
 use super::reach::{Bounds, Place, Terrain};
-use super::rivals;
 use super::shape::Shape;
 use super::surface::Surface;
 use super::text::{self, Head};
@@ -20,33 +20,33 @@ use crate::nc::Dialect;
 use crate::path::{Plane, Vec3};
 use crate::stock::Piece;
 
-/// What is asked.
+/// What the user requests.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ask {
+pub struct Request {
     /// Tool; `None`: the only ball or bull-nose end of the setup.
     pub tool: Option<u32>,
     /// Spindle speed, rev/s; `None`: the setup's.
     pub rps: Option<f64>,
-    /// Highest feed, mm/s; `None`: what the setup allows.
+    /// Feed, mm/s; `None`: chosen up to what the setup allows.
     pub feed_mm_s: Option<f64>,
     /// Reference force, N; `None`: the setup's force_xy.
     pub force_n: Option<f64>,
     /// Largest scallop, mm.
     pub scallop_mm: f64,
-    /// Thickness of the stock on the surface, mm, where it is not what an earlier program left.
+    /// Thickness of the stock on the surface, mm, unless an earlier program left it.
     pub stock_mm: f64,
     /// Least and largest step-over, mm; `None`: from the tool.
     pub step_over_mm: [Option<f64>; 2],
-    /// How the passes lie.
-    pub lay: Lay,
-    /// How far lines may lie from the path on the surface, mm.
+    /// Layout of the passes.
+    pub layout: Layout,
+    /// Largest deviation of lines and arcs from the path on the surface, mm.
     pub tolerance_mm: f64,
 }
 
 /// Why there is no program.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// One sentence, and what to do.
+    /// One sentence, and the remedy.
     #[error("{why}")]
     Plain {
         /// What is wrong.
@@ -74,7 +74,7 @@ impl From<EngageError> for Refusal {
     }
 }
 
-/// A program with what it is predicted and found to do.
+/// A program with its plan and its simulation.
 #[derive(Debug, Clone)]
 pub struct Program {
     /// Its passes.
@@ -83,7 +83,7 @@ pub struct Program {
     pub steps: Vec<Step>,
     /// Its text.
     pub text: String,
-    /// What its simulation gave; for a rival its times alone.
+    /// Result of its simulation; for a rival only its times.
     pub check: Check,
 }
 
@@ -98,7 +98,7 @@ pub struct Rival {
     pub program: Program,
 }
 
-/// Everything that was found.
+/// The result.
 #[derive(Debug, Clone)]
 pub struct Answer {
     /// Tool number.
@@ -107,60 +107,62 @@ pub struct Answer {
     pub rps: f64,
     /// Reference force, N.
     pub reference_n: f64,
-    /// Bounds in force.
+    /// Bounds of step-over and scallop.
     pub bounds: Bounds,
     /// Passes of varying step-over.
     pub varying: Program,
-    /// Passes of the largest constant step-over that keeps force and scallop everywhere, at its best feed: measured from above or along the
-    /// surface, whichever takes less time; `None` where there is none.
+    /// Passes of the largest constant step-over that keeps force and scallop everywhere, at its best feed; measured
+    /// from above or along the surface, whichever is faster; `None` if there is none.
     pub constant: Option<Rival>,
-    /// Least time of any passes that turn away from the direction no more than asked, and of any passes at all, s.
+    /// Lower bounds of the time, s: of passes with the allowed slope, and of any passes.
     pub least_s: [f64; 2],
-    /// Seconds of the least time by one more newton of reference force, and by one more µm of scallop; negative: more would save.
+    /// Change of the first lower bound, s per N of reference force and s per µm of scallop; negative: a larger limit
+    /// saves time.
     pub prices: [f64; 2],
-    /// Of passes of one height, what they leave out.
+    /// For passes of one height the area that they leave out.
     pub left_out: Option<LeftOut>,
-    /// What is worth knowing, one sentence each.
+    /// Notes, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// What passes of one height leave out of a surface.
+/// Area of a surface that passes of one height leave out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// Slope from level below which they do, rad.
+    /// Slope below which they leave it out, rad.
     pub shallowest_rad: f64,
-    /// Area of what is machined otherwise, and of what of it is shallower, mm².
+    /// Machined area, mm².
     pub machined_mm2: f64,
-    /// As above.
+    /// The part of it with less slope, mm².
     pub shallow_mm2: f64,
-    /// Area of strips narrower than a step at the upper and lower ends of what they take, mm².
+    /// Area of strips narrower than a step at the upper and lower ends, mm².
     pub strips_mm2: f64,
 }
 
-/// Feeds that are tried: from the lowest that is not refused as too low up to the largest, so many.
+/// Number of feeds to choose from.
 const FEEDS: u32 = 10;
-/// Distance of the columns, mm; a sixth of the tool's radius where that is less.
+/// Spacing of the columns, mm; at most a sixth of the tool radius.
 const COLUMN_MM: f64 = 0.5;
-/// Rings that the force is worked out for, mm along the outline.
+/// Width of the rings for the force, mm along the outline.
 const RING_MM: f64 = 0.03;
-/// Places over the surface that the least time is summed over.
+/// Number of places over the surface for the lower bound of the time.
 const PLACES: f64 = 600.0;
-/// Air above everything under rapids, mm.
+/// Clearance of rapids above everything, mm.
 const ABOVE_MM: f64 = 5.0;
-/// Change of a limit by which its price is measured.
+/// Relative change of a limit for its price.
 const PRICE: f64 = 0.05;
-/// Sizes that differ by this much, or that much less, suggest inches taken as millimetres (25.4).
+/// Range of the ratio of sizes of surface and stock, either way, that suggests inches taken for millimetres (25.4).
 const INCHES: [f64; 2] = [12.0, 50.0];
 
-/// Gives a planned program, which is at its highest feed throughout, the feeds at which it keeps to a force, N, in this stock.
+/// Replaces the feeds of a planned program, which is at its highest feed throughout, by those at which it keeps a
+/// force, N, in this stock.
 pub type Hold<'a> = &'a dyn Fn(&str, &Piece, f64) -> Result<String, Refusal>;
 
-/// Plans, writes, has the feeds found and checks; `left` is the stock that an earlier program left, `None`: stock of the thickness that is
-/// asked.
+/// Plans the passes, writes the program, sets its feeds and checks it. `left`: the stock that an earlier program left;
+/// `None`: stock of the requested thickness.
 pub fn run(
     surface: &Surface,
     (job, dialect): (&Job, Dialect),
-    ask: &Ask,
+    ask: &Request,
     left: Option<Piece>,
     hold: Hold,
 ) -> Result<Answer, Refusal> {
@@ -179,7 +181,7 @@ pub fn run(
     let mut notes = surface.notes.clone();
     size(surface, job)?;
     notes.extend(closed(surface, shape, ask.tolerance_mm)?);
-    let turned = surface.clone().turned(-ask.lay.frame_rad());
+    let turned = surface.clone().turned(-ask.layout.frame_rad());
     let dropper = Dropper::new(&turned, shape);
     if let Some(note) = reachable(&turned, &dropper, ask.tolerance_mm)? {
         notes.push(note);
@@ -192,11 +194,11 @@ pub fn run(
     let material = job.material(tool).ok_or_else(|| {
         Refusal::new("the setup names no material", "give [stock] material, or a [material] table with coefficients")
     })?;
-    // Stock as thin as a finishing allowance is met by the corner, and by the lowest part of the side on an upright wall.
+    // A finishing allowance is cut by the corner, and on a vertical wall by the lowest part of the side.
     let mut rings = tool.profile.slices(RING_MM);
     rings.retain(|ring| ring.z_mm < shape.corner_mm + shape.radius_mm());
     let cutter = Cutter::new(tool, material, &job.machine.spindle, &job.process, &rings, rps)?;
-    let earlier = left.as_ref().map(|piece| Earlier::new(piece, ask.lay.frame_rad()));
+    let earlier = left.as_ref().map(|piece| Earlier::new(piece, ask.layout.frame_rad()));
     let most_mm = shape.radius_mm();
     let stock_mm = |contact: &Contact| match &earlier {
         Some(earlier) => earlier.thickness_mm(contact, most_mm),
@@ -207,17 +209,17 @@ pub fn run(
         cutter: &cutter,
         rings: &rings,
         stock_mm: &stock_mm,
-        one_height: matches!(ask.lay, Lay::Contour { .. }),
+        one_height: matches!(ask.layout, Layout::Contour { .. }),
     };
     let column_mm = COLUMN_MM.min(shape.radius_mm() / 6.0);
     let Box3 { min, max } = turned.extent;
-    let bed = Bed::new(&ask.lay, &terrain, [min.x, min.y], [max.x, max.y], column_mm);
-    let left_out = left_out(surface, &ask.lay)?;
+    let pass_area = PassArea::new(&ask.layout, &terrain, [min.x, min.y], [max.x, max.y], column_mm);
+    let left_out = left_out(surface, &ask.layout)?;
     let area = turned.machined_mm2();
-    let places = bed.places((area / PLACES).sqrt());
+    let places = pass_area.places((area / PLACES).sqrt());
     let thickest_mm = thickest(&terrain, &places, most_mm)?;
-    let wish = Wish { bounds, reference_n, feeds_mm_s, turn: ask.lay.turn(), constant: None };
-    let plan = bed.plan(&terrain, &wish);
+    let wish = Wish { bounds, reference_n, feeds_mm_s, turn: ask.layout.turn(), constant: None };
+    let plan = pass_area.plan(&terrain, &wish);
     if plan.passes.iter().all(|pass| pass.stretches.is_empty()) {
         return Err(Refusal::new(
             "no part of the surface can be machined from above with this tool",
@@ -238,7 +240,7 @@ pub fn run(
     let piece = left.unwrap_or_else(|| check::stock(surface, ask.stock_mm));
     let drawing = Drawing {
         tolerance_mm: ask.tolerance_mm,
-        arcs: arcs(dialect, &ask.lay),
+        arcs: arcs(dialect, &ask.layout),
         stock_mm: thickest_mm,
         safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z + ABOVE_MM),
     };
@@ -251,7 +253,7 @@ pub fn run(
     };
     let write = |plan: &Plan, feed_mm_s: f64, notes: Vec<String>| -> Result<(Vec<Step>, String), Refusal> {
         let mut steps = path::steps(plan, feed_mm_s, &dropper, &drawing);
-        let (sin, cos) = ask.lay.frame_rad().sin_cos();
+        let (sin, cos) = ask.layout.frame_rad().sin_cos();
         for step in &mut steps {
             for p in std::iter::once(&mut step.to).chain(&mut step.via) {
                 (p.x, p.y) = (cos * p.x - sin * p.y, sin * p.x + cos * p.y);
@@ -260,15 +262,15 @@ pub fn run(
         let text = hold(&text::program(&head(notes), &steps), &piece, reference_n)?;
         Ok((steps, text))
     };
-    // Feeds that hold the force are found for it as well, so that its time is compared at an equal force.
-    let constant = bed.constant(&terrain, &wish, &plan).map(|(step, feed, plan)| {
+    // Its feeds are set for the same force, so that the times are comparable.
+    let constant = pass_area.constant(&terrain, &wish, &plan).map(|(step, feed, plan)| {
         let (steps, text) = write(&plan, feed, vec!["CONSTANT STEP-OVER FOR COMPARISON".into()])?;
         let check = check::timed(&text, dialect, job);
         Ok::<_, Refusal>(Rival { step, feed_mm_s: feed, program: Program { plan, steps, text, check } })
     });
     let constant = constant.transpose()?;
-    let least = |wish: &Wish| bed.least_alike_s(&terrain, &places, wish);
-    let least_s = [least(&wish), rivals::least_of_any_s(&terrain, &places, &wish)];
+    let least = |wish: &Wish| pass_area.least_alike_s(&terrain, &places, wish);
+    let least_s = [least(&wish), comparison::least_of_any_s(&terrain, &places, &wish)];
     let more_force = Wish { reference_n: (1.0 + PRICE) * reference_n, ..wish.clone() };
     let more_scallop =
         Wish { bounds: Bounds { scallop_mm: (1.0 + PRICE) * bounds.scallop_mm, ..bounds }, ..wish.clone() };
@@ -284,9 +286,9 @@ pub fn run(
     Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, left_out, notes })
 }
 
-/// What passes of one height leave out, but for strips; a refusal where that is everything.
-fn left_out(surface: &Surface, lay: &Lay) -> Result<Option<LeftOut>, Refusal> {
-    let Lay::Contour { shallowest_rad } = *lay else { return Ok(None) };
+/// Area that passes of one height leave out, without strips; an error if that is everything.
+fn left_out(surface: &Surface, layout: &Layout) -> Result<Option<LeftOut>, Refusal> {
+    let Layout::Contour { shallowest_rad } = *layout else { return Ok(None) };
     let [machined_mm2, shallow_mm2] = surface.shallow_mm2(shallowest_rad);
     if machined_mm2 > 0.0 && shallow_mm2 >= machined_mm2 {
         return Err(Refusal::new(
@@ -308,7 +310,7 @@ pub fn cutting_s(plan: &Plan) -> f64 {
     plan.passes.iter().flat_map(|pass| &pass.stretches).flat_map(|stretch| stretch.windows(2)).map(time).sum()
 }
 
-/// A note where gaps of the surface are passed over; a refusal where the tool would sink into one.
+/// A note on gaps of the surface that the tool passes over; an error if it would sink into one.
 fn closed(surface: &Surface, shape: Shape, tolerance_mm: f64) -> Result<Option<String>, Refusal> {
     let holes = surface.holes(shape, tolerance_mm);
     if let Some(hole) = holes.first() {
@@ -327,7 +329,7 @@ fn closed(surface: &Surface, shape: Shape, tolerance_mm: f64) -> Result<Option<S
     Ok((gaps > 0).then(|| format!("{gaps} gaps too small for the tool to sink into are passed over")))
 }
 
-/// Largest thickness of the stock on the surface, mm; a refusal where there is none, or more than the tool is meant to take.
+/// Largest thickness of the stock on the surface, mm; an error if there is no stock, or `most_mm` or more.
 fn thickest(terrain: &Terrain, places: &[Place], most_mm: f64) -> Result<f64, Refusal> {
     let at = |(p, _): &Place| terrain.dropper.drop(*p).map_or(0.0, |contact| (terrain.stock_mm)(&contact));
     let thickest = places.iter().map(at).fold(0.0, f64::max);
@@ -346,14 +348,14 @@ fn thickest(terrain: &Terrain, places: &[Place], most_mm: f64) -> Result<f64, Re
     Ok(thickest)
 }
 
-/// A note where the reference force is exceeded at the least step-over; a refusal where that is most of the surface.
+/// A note if the reference force is exceeded at the least step-over in places; an error if that is most of the surface.
 fn within_reach(plan: &Plan, reference_n: f64, bounds: &Bounds) -> Result<Option<String>, Refusal> {
     let (share, least_mm) = (100.0 * plan.out_of_reach, bounds.least_mm);
     if plan.out_of_reach > 0.5 {
         return Err(Refusal::new(
             format!(
-                "the reference force of {reference_n} N is out of reach: on {share:.0} % of the surface even a step-over of {least_mm:.3} mm \
-                 takes more"
+                "the reference force of {reference_n} N is out of reach: on {share:.0} % of the surface even a \
+                 step-over of {least_mm:.3} mm needs more"
             ),
             "raise --reference-force, lower the feed or the stock, or allow a smaller step-over",
         ));
@@ -365,16 +367,16 @@ fn within_reach(plan: &Plan, reference_n: f64, bounds: &Bounds) -> Result<Option
     }))
 }
 
-/// Do passes lie in planes that the control draws arcs in? Straight ones stand in an upright plane, along X or along Y; those of one
-/// height lie level.
-fn arcs(dialect: Dialect, lay: &Lay) -> bool {
-    let Lay::Parallel { direction_rad, turn_rad } = lay else { return text::has_arcs(dialect, Plane::Xy) };
+/// Do the passes lie in planes in which the control has arcs? Straight ones along X or Y lie in a vertical plane, those
+/// of one height in a horizontal one.
+fn arcs(dialect: Dialect, layout: &Layout) -> bool {
+    let Layout::Parallel { direction_rad, turn_rad } = layout else { return text::has_arcs(dialect, Plane::Xy) };
     let (sin, cos) = direction_rad.sin_cos();
     let plane = if sin.abs() < cos.abs() { Plane::Zx } else { Plane::Yz };
     *turn_rad == 0.0 && sin.abs().min(cos.abs()) < 1e-9 && text::has_arcs(dialect, plane)
 }
 
-fn tool<'a>(job: &'a Job, ask: &Ask) -> Result<&'a Tool, Refusal> {
+fn tool<'a>(job: &'a Job, ask: &Request) -> Result<&'a Tool, Refusal> {
     if let Some(number) = ask.tool {
         let help = "give --tool with a number of the setup";
         return job.tool(number).ok_or_else(|| Refusal::new(format!("the setup has no tool {number}"), help));
@@ -396,15 +398,15 @@ fn tool<'a>(job: &'a Job, ask: &Ask) -> Result<&'a Tool, Refusal> {
     }
 }
 
-fn speed(job: &Job, tool: &Tool, ask: &Ask) -> Result<f64, Refusal> {
+fn speed(job: &Job, tool: &Tool, ask: &Request) -> Result<f64, Refusal> {
     let of_setup = job.machine.unsaid.speeds_rps.iter().find(|(number, _)| *number == tool.number).map(|(_, rps)| *rps);
     ask.rps
         .or(of_setup)
         .ok_or_else(|| Refusal::new("there is no spindle speed", "give --rpm, or rpm in the tool's table of the setup"))
 }
 
-/// Feeds to choose from: the one that is asked for, or those up to what the setup allows.
-fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Ask) -> Result<Vec<f64>, Refusal> {
+/// Feeds to choose from, mm/s: the requested one, or a geometric series up to what the setup allows.
+fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Request) -> Result<Vec<f64>, Refusal> {
     if let Some(feed) = ask.feed_mm_s {
         return Ok(vec![feed]);
     }
@@ -417,7 +419,7 @@ fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Ask) -> Result<Vec<f64>, Refusa
     ];
     let Some(top) = tops.into_iter().flatten().reduce(f64::min) else {
         return Err(Refusal::new(
-            "nothing says how fast the tool may feed",
+            "the greatest feed of the tool is not known",
             "give --feed, or in [limits] feed = { max = … } or chip_thickness = { max = … }",
         ));
     };
@@ -426,7 +428,7 @@ fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Ask) -> Result<Vec<f64>, Refusa
     Ok(feeds.filter(|feed| *feed >= floor).collect())
 }
 
-/// Is the surface as large as the stock of the setup?
+/// An error if the surface and the stock of the setup differ in size like inches and millimetres, or do not overlap.
 fn size(surface: &Surface, job: &Job) -> Result<(), Refusal> {
     let extent = match job.stocks.first().map(|stock| &stock.shape) {
         Some(StockShape::Box(extent)) => *extent,
@@ -446,7 +448,8 @@ fn size(surface: &Surface, job: &Job) -> Result<(), Refusal> {
     if (low..high).contains(&ratio) {
         return Err(Refusal::new(
             format!(
-                "the surface is {ratio:.1} times as large as the stock: were its numbers millimetres taken for inches (25.4)?"
+                "the surface is {ratio:.1} times as large as the stock: were its numbers millimetres taken for inches \
+                 (25.4)?"
             ),
             help,
         ));
@@ -468,9 +471,9 @@ fn size(surface: &Surface, job: &Job) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Can the tool touch where the surface bends towards it? A note where it cannot everywhere; a refusal where it can nowhere.
+/// A note if the tool is too large for some concave places of the surface; an error if it is for all.
 fn reachable(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> Result<Option<String>, Refusal> {
-    let (hollow, out) = super::hollow::hollow(surface, dropper, tolerance_mm);
+    let (hollow, out) = super::concave::concave_facets(surface, dropper, tolerance_mm);
     if hollow > 0 && out == hollow {
         return Err(Refusal::new(
             format!(
@@ -486,7 +489,7 @@ fn reachable(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> Result<
     }))
 }
 
-/// Height above surface, stock and fixtures at which rapids go.
+/// Safe height of rapids above surface, stock and fixtures, mm.
 fn safe(surface: &Surface, job: &Job, stock_mm: f64) -> f64 {
     let tops = job.stocks.iter().map(|stock| match &stock.shape {
         StockShape::Box(extent) => extent.max.z,

@@ -1,21 +1,22 @@
-//! Curves on which the tip of a resting tool has one height. In: a tool made ready for a surface, a height. Out: curves in the plane,
-//! each with the higher ground on its right: closed ones but for those that run off the grid.
+//! Level curves of the height of the tip. In: the drop-cutter of a surface, a height. Out: curves in the plane, each
+//! with the higher ground on its right; closed, except those that leave the grid.
 //!
-//! Heights stand on a grid; where two neighbours lie on either side of the level, the place between them is found on the drop-cutter
-//! itself. Within a cell such places are joined two by two (marching squares), so that a curve runs on from cell to cell.
-//! What is smaller than a cell may be missed: the tool widens every top by its radius, so that this concerns narrow hollows.
+//! The tip heights are computed on a grid. If two neighbouring nodes lie on opposite sides of the level, the crossing
+//! between them is found with the drop-cutter itself. Crossings within a cell are joined in pairs (marching squares;
+//! Lorensen and Cline 1987 in three dimensions). Features smaller than a cell may be missed; since the tool widens
+//! every peak by its radius, these are narrow hollows.
 
 use super::drop::{Contact, Dropper};
 use crate::numeric::bisect;
 use rayon::prelude::*;
 
-/// Halvings of the side of a cell: 0.5 mm to half a micrometre.
+/// Bisections of the side of a cell: 0.5 mm to 0.5 µm.
 const HALVINGS: u32 = 10;
-/// Newton steps onto a curve, from a chord of it.
+/// Newton steps from a chord onto a curve.
 const STEPS: usize = 6;
-/// Steps onto a curve end when they are shorter, mm: a tenth of what a program writes.
+/// Length of a Newton step below which it has converged, mm: a tenth of the last digit of a program.
 const NEAR_MM: f64 = 1e-4;
-/// A normal leaning less than this has no downhill.
+/// Horizontal component of the normal below which the ground is level.
 const LEVEL: f64 = 1e-6;
 
 /// Heights of the tip on a grid.
@@ -32,7 +33,7 @@ pub struct Grid {
 pub struct Curve {
     /// Its points, mm; the first of a closed one is not repeated.
     pub points: Vec<[f64; 2]>,
-    /// Does it come back to where it began?
+    /// Is it closed?
     pub closed: bool,
 }
 
@@ -52,7 +53,7 @@ impl Grid {
         self.cell_mm
     }
 
-    /// Places of the grid under which something lies, in every `stride`th row and column, with what the tool touches there.
+    /// Nodes over the surface in every `stride`th row and column, with their contacts.
     pub fn contacts(&self, stride: usize) -> impl Iterator<Item = ([f64; 2], &Contact)> {
         let wide = self.count[0];
         let taken = move |k: &usize| k % wide % stride == stride / 2 && k / wide % stride == stride / 2;
@@ -80,7 +81,7 @@ impl Grid {
         chains(&links).into_iter().map(curve).collect()
     }
 
-    /// From where to where the curves cross the edges of each cell, the higher ground on the right.
+    /// Segments of the curves in each cell, from edge to edge, with the higher ground on the right.
     fn links(&self, level_mm: f64) -> Vec<(u32, u32)> {
         let [wide, high] = self.count;
         let mut links = Vec::new();
@@ -90,11 +91,11 @@ impl Grid {
                 // Counter-clockwise about the cell: its corners, and the edge from each to the next.
                 let corners = [node, node + 1, node + wide + 1, node + wide];
                 let edges = [2 * node, 2 * (node + 1) + 1, 2 * (node + wide), 2 * node + 1];
-                // Where nothing lies below, the tool sinks as deep as it likes.
+                // Off the surface the height is minus infinity.
                 let [a, b, c, d] = corners.map(|k| self.nodes[k].map_or(f64::NEG_INFINITY, |contact| contact.tip_mm));
                 let above = [a, b, c, d].map(|tip| tip > level_mm);
                 let turns = |rising: bool| (0..4).filter(move |k| above[(k + 1) % 4] == rising && above[*k] != rising);
-                // In a saddle high ground across the middle parts the low corners, low ground the high ones.
+                // In a saddle cell the mean height decides whether the high or the low corners are connected.
                 let middle_is_high = 0.25 * (a + b + c + d) > level_mm;
                 for rise in turns(true) {
                     let after = |fall: &usize| (fall + 4 - rise) % 4;
@@ -107,7 +108,7 @@ impl Grid {
         links
     }
 
-    /// Where the level crosses an edge of the grid, on its lower side.
+    /// Where the level crosses an edge of the grid, from the lower side.
     fn crossing(&self, dropper: &Dropper, edge: u32, level_mm: f64) -> [f64; 2] {
         let node = edge as usize / 2;
         let other = node + if edge.is_multiple_of(2) { 1 } else { self.count[0] };
@@ -120,7 +121,7 @@ impl Grid {
     }
 }
 
-/// Joins links, sorted by where they begin, to chains; and whether each comes back to where it began.
+/// Joins segments, sorted by their start, to chains; and whether each is closed.
 fn chains(links: &[(u32, u32)]) -> Vec<(Vec<u32>, bool)> {
     let from = |edge: u32| links.binary_search_by_key(&edge, |link| link.0).ok();
     let mut has_before = vec![false; links.len()];
@@ -129,7 +130,7 @@ fn chains(links: &[(u32, u32)]) -> Vec<(Vec<u32>, bool)> {
     }
     let mut seen = vec![false; links.len()];
     let mut found = Vec::new();
-    // Open ones from where they begin, then what is left: those that close.
+    // First the open chains from their starts, then the rest, which are closed.
     let open = (0..links.len()).filter(|k| !has_before[*k]).map(|k| (k, false));
     for (start, closed) in open.chain((0..links.len()).map(|k| (k, true))) {
         let (mut chain, mut at) = (Vec::new(), Some(start));
@@ -148,13 +149,14 @@ fn chains(links: &[(u32, u32)]) -> Vec<(Vec<u32>, bool)> {
     found
 }
 
-/// Level unit vector downhill where the tool touches; `None` on level ground.
+/// Horizontal unit vector downhill at a contact; `None` on level ground.
 pub fn downhill(contact: &Contact) -> Option<[f64; 2]> {
     let level = contact.normal.x.hypot(contact.normal.y);
     (level > LEVEL).then(|| [contact.normal.x / level, contact.normal.y / level])
 }
 
-/// From a place beside a curve of one height onto it, straight down or up the slope; `None` where that goes farther than `most_mm`.
+/// Moves a point beside a level curve onto it along the slope, by Newton steps; `None` if that is farther than
+/// `most_mm`.
 pub fn onto(dropper: &Dropper, from: [f64; 2], level_mm: f64, most_mm: f64) -> Option<[f64; 2]> {
     let mut p = from;
     for _ in 0..STEPS {
@@ -206,8 +208,9 @@ mod tests {
             .sum()
     }
 
-    /// A cone of 45 degrees under a ball of 2 mm: the tip stands r (√2 − 1) above the cone, and the level runs round clockwise, the top on
-    /// its right; about a pit of the same form counter-clockwise. 0.1 mm of side: facets lie within 0.1²/8 · √2 mm of a circle of 1 mm.
+    /// A cone of 45 degrees under a ball of 2 mm radius: the tip is r (√2 − 1) above the cone, and the level curve runs
+    /// clockwise, with the top on its right; about a pit of the same form counter-clockwise. Facets of 0.1 mm lie
+    /// within 0.1²/8 · √2 mm of a circle of 1 mm.
     #[test]
     fn a_cone_is_cut_in_one_circle_with_the_higher_ground_on_its_right() {
         let shape = Shape::ball(2.0);
@@ -247,7 +250,7 @@ mod tests {
             }
             assert!(sides[0] > 20 && sides[1] > 20, "{level}: {sides:?}");
         }
-        // A middle on the level itself belongs to the low ground, whichever way it is joined.
+        // A saddle exactly at the level counts as low ground.
         assert!(!grid.curves(&dropper, 0.0).is_empty());
     }
 

@@ -1,29 +1,30 @@
-//! Passes of varying step-over. In: the mesh of a surface, the job, a reference force and a scallop limit. Out: the passes of a ball
-//! or bull-nose end over it, as motions and as an NC program, with what they are predicted and found to do.
+//! Finishing passes of varying step-over. In: the mesh of a surface, the job, a reference force and a scallop limit.
+//! Out: the passes of a ball or bull-nose end over it, as motions and as an NC program, with predicted and simulated
+//! loads.
 //!
 //! ```text
 //! bytes ─surface─▶ triangles ─drop─▶ tip and contact at any place ─section─▶ engaged arcs, scallop
-//!            ─reach─▶ how far to step over ─least─▶ the least time
+//!            ─reach─▶ allowed step-over ─least_time─▶ lower bound of the time
 //!                                 ─passes, contour─▶ curves and feeds ─path─▶ motions ─text─▶ program ─check─▶ loads
 //! ```
-//! [`job`] runs through all of it.
+//! [`job`] runs all of it.
 
 pub mod bound;
 pub mod check;
+pub mod comparison;
+pub mod concave;
 pub mod contour;
 pub mod drop;
 pub mod earlier;
 pub mod fit;
-pub mod hollow;
 pub mod job;
-pub mod lay;
-pub mod least;
+pub mod layout;
+pub mod least_time;
 pub mod levels;
 pub mod order;
 pub mod passes;
 pub mod path;
 pub mod reach;
-pub mod rivals;
 pub mod section;
 pub mod shape;
 pub mod steep;
@@ -31,6 +32,6 @@ pub mod surface;
 pub mod text;
 pub mod touch;
 
-pub use job::{Answer, Ask, Refusal, run};
-pub use lay::Lay;
+pub use job::{Answer, Refusal, Request, run};
+pub use layout::Layout;
 pub use surface::Surface;

@@ -1,36 +1,36 @@
-//! In which order the stretches of levels are cut. In: stretches, each with those above it. Out: the same in order, closed ones
-//! from the point next to where the one before ended on, and back to it.
+//! Order of cutting of the stretches of levels. In: stretches, each with those above it. Out: the same in order; closed
+//! ones start and end at the point nearest to the end of the one before.
 //!
-//! A stretch is cut when all above it have been; of those that may be, the one that begins nearest. So the tool stays at a top until
-//! that is done, and goes on to the next one only where they join.
+//! A stretch can be cut when all above it have been cut; of these the one that starts nearest is next. So the tool
+//! finishes one peak before it continues with the next.
 
 use super::passes::Spot;
 
 /// A stretch of a level.
 #[derive(Debug, Clone)]
-pub struct Strand {
-    /// Its spots as they are cut; the first of a closed one is not repeated.
+pub struct LevelStretch {
+    /// Its spots in order of cutting; the first of a closed one is not repeated.
     pub spots: Vec<Spot>,
-    /// Does it come back to where it began?
+    /// Is it closed?
     pub closed: bool,
     /// Does it run with the higher ground on its left?
     pub back: bool,
-    /// Numbers of the stretches right above it.
+    /// Numbers of the stretches directly above it.
     pub parents: Vec<usize>,
     /// Height of the tip, mm.
     pub height_mm: f64,
 }
 
 /// The stretches in the order of cutting.
-pub fn order(strands: Vec<Strand>) -> Vec<Strand> {
+pub fn order(strands: Vec<LevelStretch>) -> Vec<LevelStretch> {
     let mut missing: Vec<usize> = strands.iter().map(|strand| strand.parents.len()).collect();
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); strands.len()];
     for (k, strand) in strands.iter().enumerate() {
         strand.parents.iter().for_each(|parent| children[*parent].push(k));
     }
     let mut ready: Vec<usize> = (0..strands.len()).filter(|k| missing[*k] == 0).collect();
-    let mut strands: Vec<Option<Strand>> = strands.into_iter().map(Some).collect();
-    let (mut at, mut found): (Option<[f64; 2]>, Vec<Strand>) = (None, Vec::new());
+    let mut strands: Vec<Option<LevelStretch>> = strands.into_iter().map(Some).collect();
+    let (mut at, mut found): (Option<[f64; 2]>, Vec<LevelStretch>) = (None, Vec::new());
     while !ready.is_empty() {
         let far = |k: &usize| strands[*k].as_ref().map_or(f64::INFINITY, |strand| start(strand, at).1);
         let nearest =
@@ -54,8 +54,8 @@ pub fn order(strands: Vec<Strand>) -> Vec<Strand> {
     found
 }
 
-/// The spot that a stretch begins at, and how far that is.
-fn start(strand: &Strand, from: Option<[f64; 2]>) -> (usize, f64) {
+/// The spot at which a stretch starts, and its distance, mm.
+fn start(strand: &LevelStretch, from: Option<[f64; 2]>) -> (usize, f64) {
     let Some(from) = from else { return (0, 0.0) };
     let far = |k: usize| {
         let at = strand.spots[k].at;
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
     use crate::path::Vec3;
 
-    fn strand(points: &[[f64; 2]], closed: bool, parents: &[usize], height_mm: f64) -> Strand {
+    fn strand(points: &[[f64; 2]], closed: bool, parents: &[usize], height_mm: f64) -> LevelStretch {
         let spot = |at: &[f64; 2]| Spot {
             at: *at,
             step_mm: 0.0,
@@ -81,11 +81,17 @@ mod tests {
             bind: Bind::Edge,
             tip: Vec3::new(at[0], at[1], height_mm),
         };
-        Strand { spots: points.iter().map(spot).collect(), closed, back: false, parents: parents.to_vec(), height_mm }
+        LevelStretch {
+            spots: points.iter().map(spot).collect(),
+            closed,
+            back: false,
+            parents: parents.to_vec(),
+            height_mm,
+        }
     }
 
-    /// Two tops with two loops each, one loop about both: a top is done before the next one, and each loop begins where the one before
-    /// ended.
+    /// Two peaks with two loops each, and one loop about both: a peak is finished before the next one, and each loop
+    /// starts near the end of the one before.
     #[test]
     fn a_top_is_done_before_the_next_one_and_both_before_what_lies_below() {
         let round = |x: f64, by: f64| vec![[x + by, 0.0], [x, by], [x - by, 0.0], [x, -by]];
@@ -104,7 +110,7 @@ mod tests {
         assert_eq!(found[2].spots[0].at, [19.0, 0.0]);
     }
 
-    /// A stretch with ends begins at its first spot, wherever the tool stands.
+    /// An open stretch starts at its first spot, wherever the tool is.
     #[test]
     fn a_stretch_with_ends_keeps_its_direction() {
         let found = order(vec![

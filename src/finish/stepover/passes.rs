@@ -1,20 +1,20 @@
-//! The passes side by side. In: a terrain, bounds, feeds to choose from, a reference force. Out: passes as curves y(x) with the
-//! feeds along them, and what bounds them where.
+//! Passes side by side. In: a terrain, bounds, feeds to choose from, a reference force. Out: passes as curves y(x) with
+//! feeds and active bounds.
 //!
-//! The frame is turned so that passes run along X and follow each other towards +Y. Columns stand side by side along X. In each the
-//! surface is machined on some stretches of Y. From a pass y_k the next may lie, column by column, as far as [`Reach`] says; over
-//! gaps it goes to where the next stretch begins, and a rest at the end of a stretch that is wider than half a step-over gets a
-//! pass on its edge. As a pass may turn away from X by no more than a slope L, the next one is the largest curve with that
-//! slope below what the columns allow:
+//! The frame is rotated so that passes run along X and follow each other towards +Y. It is divided into columns along
+//! X, in each of which the surface is machined on some stretches of Y. In each column the next pass may be as far from
+//! pass y_k as [`Reach`] allows; over gaps it goes to the start of the next stretch, and a remainder at the end of a
+//! stretch that is wider than half a step-over gets a pass on its edge. The slope of a pass against X is at most L; the
+//! next pass is the largest curve of that slope below the allowed values,
 //!
 //! y_{k+1}(x) = min over x' of allowed(x') + L |x − x'|.
 //!
 //! It nowhere exceeds what is allowed; L = 0 gives straight passes.
 //!
-//! Step-over and feed are chosen together. What columns allow depends on the feed: the candidates are what they allow at each of
-//! the feeds to choose from, and what each allows at its own feed of the largest product of feed and step-over. Wherever a curve
-//! steps over less than a feed allows, the pass goes as fast as the force at that step-over lets it. The candidate that clears the
-//! most area a second becomes the next pass.
+//! Step-over and feed are chosen together, as the allowed step-over depends on the feed. Candidates are: every feed of
+//! the list in all columns, and in each column the feed of the largest product of feed and step-over. Where a curve has
+//! a smaller step-over than its feed allows, the feed is raised as far as the force permits. The candidate that clears
+//! the largest area per second becomes the next pass.
 
 use super::reach::{Bounds, Place, Reach, Terrain};
 use super::section::Beside;
@@ -25,23 +25,24 @@ use crate::numeric::bisect;
 use crate::path::Vec3;
 use rayon::prelude::*;
 
-/// What the passes have to keep.
+/// Limits and choices for the passes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wish {
     /// Bounds of step-over and scallop.
     pub bounds: Bounds,
-    /// Force that is not exceeded, N.
+    /// Reference force, which is not exceeded, N.
     pub reference_n: f64,
     /// Feeds to choose from, mm/s, the largest last.
     pub feeds_mm_s: Vec<f64>,
-    /// Steepest that a pass may turn away from its direction.
+    /// Largest slope of a pass against its direction (tangent).
     pub turn: f64,
-    /// One step-over for all passes, in place of what the columns allow.
+    /// Constant step-over of all passes, instead of the allowed one.
     pub constant: Option<Constant>,
 }
 
 impl Wish {
-    /// Highest feed at which a place keeps the reference force, from [`FEED_CHANGE_MIN`] of the largest feed up to it, mm/s.
+    /// Highest feed with at most the reference force, mm/s, between [`FEED_CHANGE_MIN`] times the largest feed and the
+    /// largest feed.
     pub fn fastest_mm_s(&self, line: &LoadLine) -> f64 {
         let top = self.feeds_mm_s.last().copied().unwrap_or(1.0);
         let cap = match line.cap(LimitKind::ForceXy, self.reference_n) {
@@ -56,11 +57,11 @@ impl Wish {
 /// A constant step-over.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Constant {
-    /// As seen from above, mm.
+    /// Seen from above, mm.
     Above(f64),
-    /// Along the surface, mm: no pass is farther from the one before anywhere.
+    /// Along the surface, mm: the largest distance between two passes.
     Along(f64),
-    /// Of passes of one height: downwards, mm.
+    /// Of passes of one height: vertical, mm.
     Down(f64),
 }
 
@@ -75,7 +76,7 @@ pub enum Bind {
     Largest,
     /// Even the least step-over exceeds the force.
     Least,
-    /// The pass may not turn further, or keeps to the constant step-over.
+    /// The slope of the pass, or the constant step-over.
     Neighbours,
     /// An edge of the surface.
     Edge,
@@ -86,9 +87,9 @@ pub enum Bind {
 pub struct Spot {
     /// Place in the plane, mm.
     pub at: [f64; 2],
-    /// Step-over from the pass before, mm: seen from above, of passes of one height along the surface; 0 at an edge.
+    /// Step-over from the pass before, mm: seen from above; for passes of one height along the surface; 0 at an edge.
     pub step_mm: f64,
-    /// Feed at which the reference force is met, at most the largest of the wish, mm/s.
+    /// Feed with the reference force, at most the largest feed of the wish, mm/s.
     pub feed_mm_s: f64,
     /// Predicted force at that feed, N.
     pub force_n: f64,
@@ -103,25 +104,26 @@ pub struct Spot {
 /// One pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pass {
-    /// Stretches on the surface, each a list of spots along +X, or of a pass of one height as it is cut.
+    /// Stretches on the surface, each a list of spots along +X; for a pass of one height in order of cutting.
     pub stretches: Vec<Vec<Spot>>,
     /// Is it cut from the last spot to the first?
     pub back: bool,
-    /// Height of the tip where it is one throughout, mm.
+    /// Height of the tip of a pass of one height, mm.
     pub level_mm: Option<f64>,
 }
 
-/// All passes, and what columns allowed.
+/// All passes.
 #[derive(Debug, Clone, Default)]
 pub struct Plan {
     /// In the order of cutting: towards +Y, or downwards.
     pub passes: Vec<Pass>,
-    /// Largest step-over that is allowed wherever the force can be held at all, for each feed of the wish, mm: as seen from above,
-    /// and along the surface; of passes of one height the largest step down, twice.
+    /// For each feed of the wish the largest step-over allowed at all places (except those out of reach), mm: seen from
+    /// above, and along the surface; for passes of one height twice the largest step down.
     pub everywhere_mm: Vec<[f64; 2]>,
     /// Share of the places where even the least step-over exceeds the force.
     pub out_of_reach: f64,
-    /// Strips at the ends of what passes of one height take, narrower than a step, that lie between no two of them, mm².
+    /// Area of strips at the upper and lower ends of passes of one height, narrower than a step, that lie between no
+    /// two passes, mm².
     pub strips_mm2: f64,
 }
 
@@ -140,11 +142,11 @@ pub struct Columns {
     stretches: Vec<Vec<[f64; 2]>>,
 }
 
-/// Steps by which the end of a stretch is halved out.
+/// Bisections for the end of a stretch.
 const HALVINGS: u32 = 12;
 
 impl Columns {
-    /// Looks where the tool touches what is machined: columns and rows at most `fine_mm` apart.
+    /// Finds where the tool touches the machined surface, in columns `column_mm` apart and rows `fine_mm` apart.
     pub fn new(terrain: &Terrain, low: [f64; 2], high: [f64; 2], column_mm: f64, fine_mm: f64) -> Self {
         let reach = terrain.shape().radius_mm();
         let count = ((high[0] - low[0] + 2.0 * reach) / column_mm).ceil() as usize + 1;
@@ -170,7 +172,7 @@ impl Columns {
         Self { first_mm, column_mm, stretches: (0..count).into_par_iter().map(column).collect() }
     }
 
-    /// Places over what is machined, at most `apart_mm` from each other, with the area each stands for.
+    /// Places over the machined surface, about `apart_mm` apart, with their areas.
     pub fn places(&self, apart_mm: f64) -> Vec<Place> {
         let every = (apart_mm / self.column_mm).round().max(1.0) as usize;
         let mut places = Vec::new();
@@ -201,20 +203,20 @@ impl Columns {
         self.stretches[i].iter().find(|[from, to]| (from - slack..=to + slack).contains(&y)).copied()
     }
 
-    /// Where the next stretch of a column begins above a Y; infinite where there is none.
+    /// Start of the next stretch of a column above a Y, mm; infinite if there is none.
     fn next(&self, i: usize, y: f64) -> f64 {
         self.stretches[i].iter().map(|[from, _]| *from).find(|from| *from > y + 1e-6).unwrap_or(f64::INFINITY)
     }
 }
 
-/// Where `on` begins to hold between a place where it does not and one where it does: on the side where it holds.
+/// Border between a place where `on` is false and one where it is true, on the true side.
 fn border(on: &dyn Fn(f64) -> bool, out: f64, inside: f64) -> f64 {
     bisect(on, inside, out, HALVINGS)[0]
 }
 
-/// What a column allows for the next pass.
+/// Allowed step-overs of a column for the next pass.
 struct Allowed {
-    /// Steps by feed, mm, and what bounds them; empty in a gap.
+    /// For each feed the step-over, mm, and what bounds it; empty in a gap.
     steps: Vec<(f64, Bind)>,
     reach: Option<Reach>,
 }
@@ -231,7 +233,7 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
     let mut before: Option<Vec<f64>> = None;
     while curve.iter().any(|y| y.is_finite()) {
         let heading = way(plan.passes.len());
-        plan.passes.push(look((terrain, columns, wish), &curve, before.as_deref(), &binds, heading));
+        plan.passes.push(pass_along((terrain, columns, wish), &curve, before.as_deref(), &binds, heading));
         let ahead = headings(&curve, columns.column_mm, way(plan.passes.len()));
         let column = |i: usize| {
             let mut allowed = Allowed { steps: Vec::new(), reach: None };
@@ -274,7 +276,7 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
             }
         };
         allowed.par_iter_mut().enumerate().for_each(settle);
-        let Offer { next, binds: bound_by, .. } = offer(columns, &curve, &allowed, &best, (wish, half));
+        let NextPass { next, binds: bound_by, .. } = next_pass(columns, &curve, &allowed, &best, (wish, half));
         binds = bound_by;
         before = Some(std::mem::replace(&mut curve, next));
     }
@@ -282,7 +284,7 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
     plan
 }
 
-/// The step-over that a place allows at a feed, of `largest_mm` at most, and what bounds it.
+/// The step-over allowed at a feed, at most `largest_mm`, and what bounds it.
 pub fn bound(reach: &Reach, feed_mm_s: f64, wish: &Wish, largest_mm: f64) -> (f64, Bind) {
     let (step, within) = reach.step_mm(feed_mm_s, wish.reference_n);
     let bind = match step {
@@ -294,7 +296,7 @@ pub fn bound(reach: &Reach, feed_mm_s: f64, wish: &Wish, largest_mm: f64) -> (f6
     (step, bind)
 }
 
-/// The feed of each column, by its number in the wish, with which the next pass clears the most area a second.
+/// For each column the index of the feed in the wish with which the next pass clears the largest area per second.
 fn chosen(columns: &Columns, curve: &[f64], allowed: &[Allowed], rules: (&Wish, usize)) -> Vec<usize> {
     let (wish, count) = (rules.0, rules.0.feeds_mm_s.len());
     let product = |steps: &[(f64, Bind)], k: usize| wish.feeds_mm_s[k] * steps[k].0;
@@ -305,15 +307,16 @@ fn chosen(columns: &Columns, curve: &[f64], allowed: &[Allowed], rules: (&Wish, 
     let of_one_feed = (0..count).map(|k| vec![k; allowed.len()]);
     let candidates: Vec<Vec<usize>> = of_one_feed.chain([allowed.iter().map(own).collect()]).collect();
     let rate = |candidate: &Vec<usize>| {
-        let offer = offer(columns, curve, allowed, candidate, rules);
-        if offer.time_s > 0.0 { offer.gain_mm2 / offer.time_s } else { 0.0 }
+        let next = next_pass(columns, curve, allowed, candidate, rules);
+        if next.time_s > 0.0 { next.gain_mm2 / next.time_s } else { 0.0 }
     };
     let rates: Vec<f64> = candidates.par_iter().map(rate).collect();
     let best = (0..rates.len()).reduce(|a, b| if rates[b] > rates[a] { b } else { a }).unwrap_or(0);
     candidates.into_iter().nth(best).unwrap_or_default()
 }
 
-/// Feed at which a place carries the reference force at a step: between the two feeds whose steps lie about it, mm/s.
+/// Feed with the reference force at a step-over, mm/s, interpolated between the two feeds whose allowed steps enclose
+/// it.
 pub fn feed_for(steps: &[(f64, Bind)], step_mm: f64, wish: &Wish) -> f64 {
     let feeds = &wish.feeds_mm_s;
     let Some(k) = (0..steps.len()).rev().find(|k| steps[*k].0 >= step_mm - 1e-9) else {
@@ -324,25 +327,25 @@ pub fn feed_for(steps: &[(f64, Bind)], step_mm: f64, wish: &Wish) -> f64 {
     feeds[k] + (feeds[k + 1] - feeds[k]) * ((within - step_mm) / (within - beyond).max(1e-12)).clamp(0.0, 1.0)
 }
 
-/// The next pass at one choice of feeds.
+/// The next pass for one choice of feeds.
 #[derive(Default)]
-struct Offer {
+struct NextPass {
     next: Vec<f64>,
     binds: Vec<Bind>,
-    /// Area between the passes where the surface is machined, mm².
+    /// Machined area between the passes, mm².
     gain_mm2: f64,
-    /// Time that this takes along the next pass, s.
+    /// Time along the next pass, s.
     time_s: f64,
 }
 
-/// `feeds`: of each column, by its number in the wish.
-fn offer(
+/// The next pass if column i uses feed number `feeds[i]` of the wish.
+fn next_pass(
     columns: &Columns,
     curve: &[f64],
     allowed: &[Allowed],
     feeds: &[usize],
     (wish, half): (&Wish, usize),
-) -> Offer {
+) -> NextPass {
     let column = |i: usize| {
         let y = curve[i];
         let Some([_, end]) = columns.stretch(i, y) else { return (columns.next(i, y), Bind::Edge) };
@@ -369,10 +372,11 @@ fn offer(
             time_s += longer * columns.column_mm / feed_for(&allowed[i].steps, next[i] - curve[i], wish);
         }
     }
-    Offer { next, binds, gain_mm2, time_s }
+    NextPass { next, binds, gain_mm2, time_s }
 }
 
-/// Mean over `half` columns either way of the least over as many: nowhere above the curve itself, and without its fine waves.
+/// Running mean of the running minimum, both over `half` columns either way: nowhere above the curve, without its fine
+/// waves.
 fn smooth(curve: &[f64], half: usize) -> Vec<f64> {
     let window = |i: usize| i.saturating_sub(half)..(i + half + 1).min(curve.len());
     let least: Vec<f64> =
@@ -380,8 +384,8 @@ fn smooth(curve: &[f64], half: usize) -> Vec<f64> {
     (0..curve.len()).map(|i| least[window(i)].iter().sum::<f64>() / window(i).len() as f64).collect()
 }
 
-/// Largest curve of a slope no steeper than `turn` below the tops, without fine waves where it may turn at all: those of one pass
-/// would come back enlarged in the next.
+/// Largest curve with slope of at most `turn` below the tops; smoothed if `turn` > 0, because fine waves of one pass
+/// would grow in the next.
 fn below(tops: &[f64], turn: f64, column_mm: f64, half: usize) -> Vec<f64> {
     let mut curve = if turn > 0.0 { smooth(tops, half) } else { tops.to_vec() };
     let rise = turn * column_mm;
@@ -394,7 +398,7 @@ fn below(tops: &[f64], turn: f64, column_mm: f64, half: usize) -> Vec<f64> {
     curve
 }
 
-/// Passes run to and fro: the first along +X.
+/// Direction of a pass: alternating, the first along +X.
 fn way(pass: usize) -> f64 {
     if pass.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
@@ -412,8 +416,8 @@ fn headings(curve: &[f64], column_mm: f64, way: f64) -> Vec<[f64; 2]> {
     (0..curve.len()).map(heading).collect()
 }
 
-/// What a pass does on its stretches.
-fn look(
+/// A pass along a curve, with loads at its spots.
+fn pass_along(
     (terrain, columns, wish): (&Terrain, &Columns, &Wish),
     curve: &[f64],
     before: Option<&[f64]>,
@@ -424,7 +428,7 @@ fn look(
     let spot = |i: usize| {
         let at = [columns.x(i), curve[i]];
         let [from, _] = columns.stretch(i, curve[i])?;
-        // The pass before lies on the same stretch, or the stock begins at its end.
+        // The pass before is on the same stretch; otherwise the stock starts at the end of the stretch.
         let beside = before.map(|before| before[i]).filter(|y| *y >= from - 1e-6).and_then(|y| {
             let tip = terrain.dropper.drop([at[0], y])?.tip_mm;
             Some((Beside::Pass(Vec3::new(at[0], y, tip)), curve[i] - y))

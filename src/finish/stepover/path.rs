@@ -1,8 +1,7 @@
-//! Motions of the tool over the passes. In: passes, the tool above the surface. Out: rapids and feeds of the tip: down to a pass on
-//! a quarter of a circle, along it by lines and arcs within a tolerance, up on a quarter circle, over to the next.
+//! Motions of the tool for the passes. In: passes, the drop-cutter. Out: rapid and feed motions of the tip: a quarter
+//! circle down to a pass, lines and arcs along it within a tolerance, a quarter circle up, a link to the next.
 //!
-//! Between two ends that lie near each other the tool goes over at the feed, above stock and surface; else at rapid, at the
-//! safe height.
+//! Short links run at the feed, just above stock and surface; longer ones at rapid, at the safe height.
 
 use super::drop::Dropper;
 use super::fit::{Part, fit};
@@ -13,38 +12,38 @@ use crate::path::Vec3;
 /// One motion of the tip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Where it ends, mm.
+    /// Its end, mm.
     pub to: Vec3,
-    /// Point that it goes through on an arc in a plane across an axis, mm; `None`: a line.
+    /// Intermediate point of an arc in a plane normal to an axis, mm; `None`: a line.
     pub via: Option<Vec3>,
     /// Feed, mm/s; `None`: rapid.
     pub feed_mm_s: Option<f64>,
-    /// Pass it belongs to, and what bounds the step-over there; `None`: no cut is meant.
+    /// Its pass, and what bounds the step-over there; `None`: a lead or link.
     pub of: Option<(u32, Bind)>,
 }
 
 /// How the motions are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drawing {
-    /// How far lines and arcs may lie from the path on the surface, mm.
+    /// Largest deviation of lines and arcs from the path on the surface, mm.
     pub tolerance_mm: f64,
-    /// Arcs too?
+    /// Are arcs written?
     pub arcs: bool,
-    /// Thickness of the stock: links stay above it, mm.
+    /// Thickness of the stock, mm; links stay above it.
     pub stock_mm: f64,
-    /// Height at which rapids go anywhere, mm.
+    /// Safe height of rapids, mm.
     pub safe_mm: f64,
 }
 
-/// Air above stock under links, mm.
+/// Clearance of links above the stock, mm.
 pub const CLEAR_MM: f64 = 0.5;
-/// Lines that a quarter circle of a lead is drawn with.
+/// Number of lines of the quarter circle of a lead.
 const LEAD_LINES: usize = 6;
-/// Points along a pass before those that lie on a line are left out, mm; a tenth of the tool's radius where that is less.
+/// Spacing of points along a pass before lines and arcs are fitted, mm; at most a tenth of the tool radius.
 const FINE_MM: f64 = 0.2;
-/// How far a point of a pass of one height may lie in the surface before it is lifted, over the tolerance.
+/// Depth below the surface, over the tolerance, from which a point of a pass of one height is lifted.
 const OFF_LEVEL: f64 = 0.2;
-/// Links longer than this many radii go at rapid.
+/// Length of a link, in tool radii, from which it runs at rapid.
 const NEAR_RADII: f64 = 4.0;
 
 /// The motions of a plan, all at one feed.
@@ -77,7 +76,8 @@ struct Piece {
     bind: Bind,
 }
 
-/// A stretch as lines and arcs within the tolerance, each with what bounds the pass at its end; the first is where it begins.
+/// A stretch as lines and arcs within the tolerance, each with what bounds the pass at its end; the first is where it
+/// begins.
 fn line(pass: &Pass, stretch: &[Spot], dropper: &Dropper, drawing: &Drawing) -> Vec<Piece> {
     let mut points = match pass.level_mm {
         None => finely(stretch, dropper),
@@ -110,12 +110,14 @@ fn finely(stretch: &[Spot], dropper: &Dropper) -> Vec<(Vec3, Bind)> {
     points
 }
 
-/// Points of a pass of one height between the spots: as near to each other that the curve bends by less than half the tolerance.
+/// Points of a pass of one height between the spots, so close that the curve deviates from its chords by less than half
+/// the tolerance.
 fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, Bind)> {
     let fine = FINE_MM.min(0.1 * dropper.shape().radius_mm());
     let place = |p: [f64; 2]| {
         let Some(contact) = dropper.drop(p) else { return Vec3::new(p[0], p[1], level_mm) };
-        // A point off the curve by rounding stays at its height, so that arcs are level; one that would cut into the surface does not.
+        // Points stay at the level, so that arcs are level, unless they would cut into the surface by more than
+        // rounding.
         let into_mm = (contact.tip_mm - level_mm) * contact.normal.z;
         Vec3::new(p[0], p[1], if into_mm > OFF_LEVEL * tolerance_mm { contact.tip_mm } else { level_mm })
     };
@@ -135,8 +137,8 @@ fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm
     points
 }
 
-/// Points of the curve of one height between two of its points, by halves: `often` times, and on where it bends by more than half the
-/// tolerance, as in a corner.
+/// Points of a level curve between two of its points, by repeated halving: `often` times, and further while the
+/// deviation from the chord is more than half the tolerance, as in a corner.
 fn halve(
     ends: [[f64; 2]; 2],
     (level_mm, dropper): (f64, &Dropper),
@@ -146,7 +148,7 @@ fn halve(
     let [a, b] = ends;
     let apart = (b[0] - a[0]).hypot(b[1] - a[1]);
     let chord = [0, 1].map(|axis| 0.5 * (a[axis] + b[axis]));
-    // No farther off than half the chord: so both halves are shorter than it, and the halving ends.
+    // Within half the chord, so that both halves are shorter than it and the halving ends.
     let Some(middle) = onto(dropper, chord, level_mm, 0.5 * apart) else { return };
     let bends = (middle[0] - chord[0]).hypot(middle[1] - chord[1]) > 0.5 * tolerance_mm;
     if often == 0 && (!bends || apart < tolerance_mm) {
@@ -158,7 +160,7 @@ fn halve(
     halve([middle, b], (level_mm, dropper), next, out);
 }
 
-/// A stretch with its way there and its leads.
+/// Appends a stretch with the link to it and its leads.
 fn put(steps: &mut Vec<Step>, line: &[Piece], (pass, feed): (u32, f64), dropper: &Dropper, drawing: &Drawing) {
     let ([first, second, ..], [.., before_last, last]) = (line, line) else { return };
     let radius = drawing.stock_mm + CLEAR_MM;
@@ -190,21 +192,21 @@ fn put(steps: &mut Vec<Step>, line: &[Piece], (pass, feed): (u32, f64), dropper:
     steps.extend(lead(last.to, back, radius, dropper).into_iter().skip(1).map(air));
 }
 
-/// Level direction in which a line or an arc leaves its end `from`.
+/// Horizontal direction in which a line or an arc leaves its end `from`.
 fn tangent(from: Vec3, via: Option<Vec3>, to: Vec3) -> Vec3 {
-    // Inversion at the end turns the circle into the line through near/|near|² and far/|far|², parallel to the tangent.
+    // Inversion about the end maps the circle to the line through near/|near|² and far/|far|², parallel to the tangent.
     let Some(via) = via else { return direction(to - from) };
     let (near, far) = (via - from, to - from);
     direction(near / near.norm_squared().max(f64::MIN_POSITIVE) - far / far.norm_squared().max(f64::MIN_POSITIVE))
 }
 
-/// Level unit vector.
+/// Horizontal unit vector.
 fn direction(along: Vec3) -> Vec3 {
     let level = Vec3::new(along.x, along.y, 0.0);
     if level.norm() > 1e-12 { level.normalize() } else { Vec3::x() }
 }
 
-/// From an end of a pass away from it and up on a quarter circle; never below where the tool rests.
+/// Quarter circle from an end of a pass, away from it and up; never below the surface.
 fn lead(end: Vec3, into: Vec3, radius: f64, dropper: &Dropper) -> Vec<Vec3> {
     let point = |k: usize| {
         let (sin, cos) = (std::f64::consts::FRAC_PI_2 * k as f64 / LEAD_LINES as f64).sin_cos();
@@ -215,7 +217,7 @@ fn lead(end: Vec3, into: Vec3, radius: f64, dropper: &Dropper) -> Vec<Vec3> {
     (0..=LEAD_LINES).map(point).collect()
 }
 
-/// Highest tip at which the tool rests between two places, mm.
+/// Highest tip of the tool on the surface between two places, mm.
 fn over(from: Vec3, to: Vec3, dropper: &Dropper) -> f64 {
     let length = (to - from).xy().norm();
     let parts = (length / FINE_MM).ceil().max(1.0) as usize;

@@ -1,8 +1,8 @@
-//! How far the next pass may step over from a place. In: a tool made ready for a surface, the stock on it, limits. Out: the
-//! step-over at which the scallop or the force of the next pass meets its limit, for any feed.
+//! Allowed step-over of the next pass at a place. In: the drop-cutter of a surface, the stock on it, limits. Out: the
+//! step-over at which the scallop or the force of the next pass reaches its limit, for any feed.
 //!
-//! What the next pass engages does not depend on its feed; so its loads at a few step-overs up to the one that the scallop
-//! allows answer for every feed: force grows with the step-over, between two of them along a straight line.
+//! The engagement of the next pass does not depend on its feed, so loads at a few step-overs up to the one that the
+//! scallop allows suffice for every feed. The force grows with the step-over and is interpolated linearly between them.
 
 use super::drop::{Contact, Dropper};
 use super::section::{Beside, Ground, Section};
@@ -12,15 +12,16 @@ use crate::machine::Slice;
 use crate::numeric::bisect;
 use crate::path::Vec3;
 
-/// Step-overs at which loads are worked out.
+/// Number of step-overs at which loads are computed.
 const LOOKS: usize = 5;
-/// Steps by which the step-over of a force is settled: within a thousandth of it.
+/// Iterations that refine the step-over of a force: to about 0.1 %.
 const SETTLING: u32 = 4;
-/// Halvings by which the step-over of a scallop is found: a thousandth of the range.
+/// Bisections for the step-over of a scallop: to 0.1 % of the range.
 const HALVINGS: u32 = 10;
-/// Distance over which curvature is looked at, over the corner radius of the tool: facets are shorter, bends of the surface longer.
+/// Distance over which curvature is measured, over the corner radius of the tool: longer than facets, shorter than
+/// features of the surface.
 const CURVATURE_SPAN: f64 = 0.25;
-/// A convex edge counts as a bend of this radius, mm.
+/// Radius assumed for a convex edge, mm.
 const SHARPEST_MM: f64 = 0.05;
 
 /// Bounds of step-over and scallop.
@@ -28,30 +29,30 @@ const SHARPEST_MM: f64 = 0.05;
 pub struct Bounds {
     /// Largest scallop height, mm.
     pub scallop_mm: f64,
-    /// Least step-over, mm in the plane.
+    /// Least step-over, mm seen from above.
     pub least_mm: f64,
-    /// Largest step-over, mm in the plane.
+    /// Largest step-over, mm seen from above.
     pub largest_mm: f64,
 }
 
-/// A place, mm, and the area it stands for seen from above, mm².
+/// A place, mm, and its area seen from above, mm².
 pub type Place = ([f64; 2], f64);
 
-/// A tool above a surface with stock on it. The frame is turned so that passes run along X.
+/// A tool, a surface, and the stock on it. The frame is rotated so that passes run along X.
 pub struct Terrain<'a> {
-    /// The tool made ready for the surface.
+    /// Drop-cutter of tool and surface.
     pub dropper: &'a Dropper<'a>,
-    /// Its loads at its speed.
+    /// Force model of the tool at its speed.
     pub cutter: &'a Cutter,
-    /// Rings its arcs belong to.
+    /// Rings of the tool.
     pub rings: &'a [Slice],
     /// Thickness of the stock along the normal at a point of the surface, mm.
     pub stock_mm: &'a (dyn Fn(&Contact) -> f64 + Sync),
-    /// Do passes keep to one height, and bend as the surface asks?
+    /// Are the passes of one height, following the level curves of the surface?
     pub one_height: bool,
 }
 
-/// The next pass at one place: what it carries, by step-over.
+/// Loads of the next pass at one place, by step-over.
 #[derive(Debug, Clone, Default)]
 pub struct Reach {
     /// Step-over that the scallop allows, mm.
@@ -60,20 +61,20 @@ pub struct Reach {
     pub longer: f64,
     /// Length of a step-over seen from above over its length on the surface.
     pub leans: f64,
-    /// Step-overs with the loads there, growing.
+    /// Step-overs in rising order, with the loads there.
     steps: Vec<(f64, LoadLine)>,
 }
 
-/// What the tool does at a place.
+/// The tool at a place.
 #[derive(Debug, Clone)]
-pub struct Here {
-    /// Where it rests.
+pub struct ToolAt {
+    /// Contact with the surface.
     pub contact: Contact,
     /// Tip, mm.
     pub tip: Vec3,
     /// Unit feed direction.
     pub tangent: Vec3,
-    /// Scallop towards the pass beside, mm.
+    /// Scallop towards the neighbouring pass, mm.
     pub scallop_mm: f64,
     section: Section,
 }
@@ -84,8 +85,8 @@ impl Terrain<'_> {
         self.dropper.shape()
     }
 
-    /// The tool at a place with a level heading, beside another pass; `None` where nothing lies below.
-    pub fn here(&self, p: [f64; 2], heading: [f64; 2], beside: Beside) -> Option<Here> {
+    /// The tool at a place with a horizontal heading, beside another pass; `None` off the surface.
+    pub fn here(&self, p: [f64; 2], heading: [f64; 2], beside: Beside) -> Option<ToolAt> {
         let shape = self.dropper.shape();
         let contact = self.dropper.drop(p)?;
         let tip = Vec3::new(p[0], p[1], contact.tip_mm);
@@ -98,17 +99,17 @@ impl Terrain<'_> {
             turn_per_mm: if self.one_height { self.turn(p, &contact, heading) } else { 0.0 },
         };
         let section = Section::new(shape, tip, tangent, &ground, beside);
-        Some(Here { contact, tip, tangent, scallop_mm: section.scallop_mm(), section })
+        Some(ToolAt { contact, tip, tangent, scallop_mm: section.scallop_mm(), section })
     }
 
     /// Loads there as functions of feed.
-    pub fn line(&self, here: &Here) -> LoadLine {
+    pub fn line(&self, here: &ToolAt) -> LoadLine {
         let arcs = here.section.arcs(self.rings);
         self.cutter.line(&Cut { arcs: &arcs, tangent_z: here.tangent.z, ..Cut::default() })
     }
 
-    /// Curvature of the surface across the feed, 1/mm, positive concave: from the circle through the middles of the corner at
-    /// three places across, which runs parallel to the surface at the corner radius.
+    /// Curvature of the surface across the feed, 1/mm, positive concave: from the circle through the centres of the
+    /// corner at three places across, which lie on the parallel surface at the corner radius.
     fn curvature(&self, p: [f64; 2], contact: &Contact, tangent: &Vec3) -> f64 {
         let shape = self.dropper.shape();
         let span = CURVATURE_SPAN * shape.corner_mm.max(0.2 * shape.radius_mm());
@@ -122,7 +123,7 @@ impl Terrain<'_> {
             let found = self.dropper.drop([p[0] + by * left.x, p[1] + by * left.y]);
             found.filter(|contact| !contact.rim).map(|contact| middle(&contact))
         };
-        // At the rim the tool rolls over an edge, which is no bend of the surface: there both others lie on one side.
+        // At the rim the tool rolls over an edge, which is not part of the surface: use two places on the other side.
         let here = middle(contact);
         let of_middles = match [-span, span].map(beside) {
             [Some(a), Some(b)] => bend(a, here, b),
@@ -131,14 +132,15 @@ impl Terrain<'_> {
             [None, None] => 0.0,
         };
         let r = shape.corner_mm;
-        // Surface and middles have one centre of curvature: ρ = ρ_middles + r, concave radii counted positive.
+        // Parallel surfaces have the same centre of curvature: ρ = ρ_centres + r, concave radii positive.
         let least = r / (r + SHARPEST_MM);
         let of_middles = of_middles.max(-least / r);
         of_middles / (1.0 + r * of_middles)
     }
 
-    /// Curvature of the curve of one height through a place, 1/mm, positive with its centre on the right: by how much a tip sinks that
-    /// goes straight on, κ = −H″/|∇H|; with the higher ground on the left of the heading the sign turns.
+    /// Curvature of the level curve through a place, 1/mm, positive with its centre on the right: κ = −H″/|∇H|, with H″
+    /// the second derivative of the tip height along the heading; with the higher ground on the left of the heading the
+    /// sign is reversed.
     fn turn(&self, p: [f64; 2], contact: &Contact, heading: [f64; 2]) -> f64 {
         let shape = self.dropper.shape();
         let span = CURVATURE_SPAN * shape.corner_mm.max(0.2 * shape.radius_mm());
@@ -151,12 +153,13 @@ impl Terrain<'_> {
         let sinks = 2.0 * contact.tip_mm - behind - ahead;
         let turn = sinks * contact.normal.z / (span * span * level.max(1e-6));
         let downhill_is_right = contact.normal.x * heading[1] > contact.normal.y * heading[0];
-        // No tighter than the tool itself: around less it would turn on the spot.
+        // Limited to the curvature of the tool itself.
         let tightest = shape.radius_mm().recip();
         (if downhill_is_right { -turn } else { turn }).clamp(-tightest, tightest)
     }
 
-    /// The step-over at which the force of the next pass meets the reference at a feed, between two of those known, mm.
+    /// The step-over at which the force of the next pass equals the reference at a feed, mm, refined between two known
+    /// ones.
     pub fn settled_mm(
         &self,
         p: [f64; 2],
@@ -171,7 +174,7 @@ impl Terrain<'_> {
         let before = Beside::Pass(Vec3::new(p[0], p[1], contact.tip_mm));
         let [mut low, mut high] = [after - 1, after].map(|k| (reach.steps[k].0, force(&reach.steps[k].1)));
         let mut at = start;
-        // Regula falsi; the end that stays counts half (Illinois).
+        // Regula falsi with the Illinois modification (Dowell and Jarratt 1971).
         for _ in 0..SETTLING {
             let next = [0, 1].map(|axis| p[axis] + at * side[axis]);
             let Some(here) = self.here(next, heading, before) else { return start };
@@ -188,13 +191,13 @@ impl Terrain<'_> {
         at
     }
 
-    /// How far the pass after the one through `p` with its tip there may step over, towards the level unit vector `side`.
+    /// Allowed step-over of the pass after the one through `p`, towards the horizontal unit vector `side`.
     pub fn reach(&self, p: [f64; 2], (heading, side): ([f64; 2], [f64; 2]), bounds: &Bounds) -> Option<Reach> {
         let contact = self.dropper.drop(p)?;
         let before = Beside::Pass(Vec3::new(p[0], p[1], contact.tip_mm));
         let next = |step: f64| self.here([p[0] + step * side[0], p[1] + step * side[1]], heading, before);
         let fits = |step: f64| next(step).is_none_or(|here| here.scallop_mm <= bounds.scallop_mm);
-        // Beyond the rim the tool rests on an edge, which leaves no scallop: what it would be there says nothing of the surface.
+        // Beyond the rim the tool rests on an edge, where the scallop has no meaning.
         let on = |step: f64| next(step).is_some_and(|here| !here.contact.rim);
         let (least, largest) = (bounds.least_mm, bounds.largest_mm);
         let last = if on(largest) { largest } else { bisect(on, least, largest, HALVINGS)[0] };
@@ -205,19 +208,19 @@ impl Terrain<'_> {
         Some(Reach { by_scallop_mm: low, longer, leans: leans(&contact.normal, heading), steps })
     }
 
-    /// Length seen from above of a step-over over its length on the surface, at a place.
+    /// Length of a step-over seen from above over its length on the surface, at a place.
     pub fn leans(&self, p: [f64; 2], heading: [f64; 2]) -> Option<f64> {
         Some(leans(&self.dropper.drop(p)?.normal, heading))
     }
 }
 
 impl Reach {
-    /// Step-overs with the loads there, growing.
+    /// Step-overs in rising order, with the loads there.
     pub fn steps(&self) -> &[(f64, LoadLine)] {
         &self.steps
     }
 
-    /// Largest step-over at a feed whose force stays at the reference, mm; and whether the least one is within it.
+    /// Largest step-over at a feed with at most the reference force, mm; and whether the least one is within it.
     pub fn step_mm(&self, feed_mm_s: f64, reference_n: f64) -> (f64, bool) {
         let force = |line: &LoadLine| line.loads(feed_mm_s).force_xy_peak_n;
         let mut before: Option<(f64, f64)> = None;
@@ -235,19 +238,19 @@ impl Reach {
     }
 }
 
-/// Unit feed direction along the surface with a normal, above a level heading.
+/// Unit feed direction along a surface with this normal, above a horizontal heading.
 fn along(normal: &Vec3, heading: [f64; 2]) -> Vec3 {
     let rise = -(heading[0] * normal.x + heading[1] * normal.y) / normal.z.max(1e-6);
     Vec3::new(heading[0], heading[1], rise).normalize()
 }
 
-/// Level part of the direction across a heading on a surface with a normal.
+/// Horizontal component of the unit vector along the surface across a heading.
 fn leans(normal: &Vec3, heading: [f64; 2]) -> f64 {
     let across = normal.cross(&along(normal, heading));
     (across.x * -heading[1] + across.y * heading[0]).abs()
 }
 
-/// Curvature of the circle through three points of a plane, 1/mm; positive where it bends to the left on the way.
+/// Curvature of the circle through three points of a plane, 1/mm; positive if it turns left.
 fn bend(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     let part = |p: [f64; 2], q: [f64; 2]| [q[0] - p[0], q[1] - p[1]];
     let (ab, bc, ac) = (part(a, b), part(b, c), part(a, c));

@@ -1,24 +1,24 @@
-//! What a finishing pass cuts at one place, in the plane across its feed. In: the tool on the surface, the pass before it, the
-//! stock. Out: engaged arcs of the tool's rings, and the scallop left between the two passes.
+//! Engagement of a finishing pass at one place, in the plane perpendicular to its feed. In: the tool on the surface,
+//! the pass before it, the stock. Out: engaged arcs of the tool's rings, and the scallop left between the two passes.
 //!
-//! Axes in that plane: e₁ level, to the left of the feed; e₂ = t × e₁. The surface there is a circle of curvature κ (positive
-//! concave, seen from the tool) through the point of contact c with the normal n; a point q lies above it by
+//! Axes in that plane: e₁ level, to the left of the feed; e₂ = t × e₁. The surface there is a circle of curvature κ
+//! (positive concave, seen from the tool) through the point of contact c with the normal n; a point q lies above it by
 //!
 //! s(q) = (2 n·v − κ v²) / (1 + √(1 − 2κ n·v + κ² v²)), v = q − c.
 //!
-//! Stock is where s < d, the normal thickness left by the operation before, and where the pass beside did not cut. A corner of
-//! radius r about a bottom flat of radius a is a ball moved over a level disc. Seen along a feed that rises by the angle τ the disc is an
-//! ellipse of half axes a along e₁ and b = a |sin τ| along e₂, and the ball a circle: what the pass leaves is the curve at the
-//! distance r around that ellipse, open upwards (the shank goes on). For a ball it is the circle itself, for a level feed the circle
-//! widened by the flat.
-//! A point of a ring at the immersion angle φ lies at ρ(cos φ e₁ + sin φ f) + z k from the tip, f the level direction of the feed;
-//! it is projected along the feed, which is exact where the passes run straight. Level passes may bend: with κ_t the curvature of
-//! their path, positive with its centre on the right, a point u to the left of the tip and v ahead of it lies as far from that centre
-//! as one that is to the left by
+//! Stock is where s < d, the thickness along the normal left by the operation before, and where the neighbouring pass
+//! did not cut. A tool with corner radius r about a bottom flat of radius a is a ball moved over a level disc. Seen
+//! along a feed that rises by the angle τ the disc is an ellipse of half axes a along e₁ and b = a |sin τ| along e₂,
+//! and the ball a circle. The pass leaves the parallel curve at distance r of that ellipse, open upwards (the shank
+//! continues): for a ball the circle itself, for a level feed the circle widened by the flat. A point of a ring of
+//! radius ρ at height z with immersion angle φ lies at ρ(cos φ e₁ + sin φ f) + z k from the tip, with f the level
+//! direction of the feed; it is projected along the feed, which is exact for straight passes. Level passes may be
+//! curved: with κ_t the curvature of their path, positive with its centre on the right, a point u to the left of the
+//! tip and v ahead of it is as far from that centre as a point to the left by
 //!
 //! u' = (2 u + κ_t (u² + v²)) / (1 + √(1 + 2 κ_t u + κ_t² (u² + v²))),
 //!
-//! which is exact where the surface is one of revolution about the centre.
+//! which is exact for a surface of revolution about the centre.
 
 use super::shape::Shape;
 use crate::engage::EngagedArc;
@@ -27,14 +27,14 @@ use crate::numeric::{bisect, middle};
 use crate::path::Vec3;
 use std::f64::consts::{PI, TAU};
 
-/// Angles looked at on a ring, its ends included; between two of them that differ the border is halved out.
+/// Number of angles on a ring at which stock is tested; between two that differ the border is found by bisection.
 const LOOKS: usize = 17;
-/// Halvings of a border: 11° to a hundred-thousandth of a radian.
+/// Bisections of a border: 11° to 1e-5 rad.
 const HALVINGS: u32 = 14;
-/// Halvings of the direction of the normal on what a pass leaves: 1 to a thousand-millionth.
+/// Bisections of the component of the normal on the curve that a pass leaves: 1 to 1e-9.
 const LOWER_HALVINGS: u32 = 30;
 
-/// What is known of the surface and the stock where the tool touches.
+/// Surface and stock at the contact point.
 #[derive(Debug, Clone, Copy)]
 pub struct Ground {
     /// Point of contact, mm.
@@ -45,20 +45,20 @@ pub struct Ground {
     pub curvature_per_mm: f64,
     /// Thickness of the stock along the normal, mm.
     pub stock_mm: f64,
-    /// Curvature of a level path, 1/mm; positive: centre on the right; 0 of a straight one.
+    /// Curvature of a level path, 1/mm; positive: centre on the right; 0 for a straight one.
     pub turn_per_mm: f64,
 }
 
-/// What has been cut beside this pass.
+/// What lies beside this pass.
 #[derive(Debug, Clone, Copy)]
 pub enum Beside {
     /// A pass with its tip here.
     Pass(Vec3),
-    /// The stock ends here, on the side of this point that is away from the tool.
+    /// The stock ends at this point; there is none on the side away from the tool.
     Edge(Vec3),
 }
 
-/// The plane across the feed, with the tool in it.
+/// The plane perpendicular to the feed, with the tool in it.
 #[derive(Debug, Clone, Copy)]
 pub struct Section {
     shape: Shape,
@@ -70,16 +70,16 @@ pub struct Section {
     curvature: f64,
     stock_mm: f64,
     turn: f64,
-    /// Half axis b of the ellipse that the bottom flat is seen as along the feed, mm.
+    /// Half axis b of the bottom flat seen along the feed, mm.
     flat_rise_mm: f64,
     beside: Near,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum Near {
-    /// Middle of the flat at the height of the corner's middle, or of the ball, of the pass beside.
+    /// Centre of the ball, or of the flat at the height of the corner's centre, of the neighbouring pass.
     Pass([f64; 2]),
-    /// Where the stock ends, and to which side (±1) there is none.
+    /// Where the stock ends, and the side (±1) without stock.
     Edge(f64, f64),
 }
 
@@ -123,7 +123,7 @@ impl Section {
         (2.0 * along - k * square) / (1.0 + root)
     }
 
-    /// Positive where the pass beside did not cut.
+    /// Positive where the neighbouring pass did not cut.
     fn uncut(&self, q: [f64; 2]) -> f64 {
         match self.beside {
             Near::Edge(at, side) => (at - q[0]) * side,
@@ -134,7 +134,8 @@ impl Section {
         }
     }
 
-    /// What a pass leaves at a distance along e₁ from its middle, at most a + r: height over that middle along e₂, mm.
+    /// Curve that a pass leaves: height along e₂ over its centre, mm, at a distance `x` along e₁ from it, at most a +
+    /// r.
     fn lower_side(&self, x: f64) -> f64 {
         let Shape { flat_mm: a, corner_mm: r } = self.shape;
         let (b, x) = (self.flat_rise_mm, x.abs().min(a + r));
@@ -142,8 +143,8 @@ impl Section {
             let q = (x - a).max(0.0);
             return -(r * r - q * q).max(0.0).sqrt();
         }
-        // By the part w of the normal along e₁: the ellipse lies at a² w/l along it and b² √(1 − w²)/l below, l its distance from
-        // the tangent. It moves outwards as w grows.
+        // With w the component of the normal along e₁ the point of the ellipse is at a² w/l along e₁ and b² √(1 − w²)/l
+        // below the centre, l the distance of the centre from its tangent. x increases with w.
         let distance = |w: f64| (a * a * w * w + b * b * (1.0 - w * w)).sqrt();
         let out = |w: f64| w * (a * a / distance(w) + r);
         let w = middle(bisect(|w| out(w) <= x, 0.0, 1.0, LOWER_HALVINGS));
@@ -205,23 +206,23 @@ impl Section {
         }
     }
 
-    /// Where a point beside and ahead of the tip comes to lie beside it when it is brought back along a bent path, mm.
+    /// u' of a point u to the left (`aside`) and v `ahead` of the tip on a curved path, mm; see the head of the file.
     fn aside(&self, aside: f64, ahead: f64) -> f64 {
         let (k, square) = (self.turn, aside * aside + ahead * ahead);
         (2.0 * aside + k * square) / (1.0 + (1.0 + 2.0 * k * aside + k * k * square).max(0.0).sqrt())
     }
 
-    /// Does a ring about `middle` stay above the stock all round? On a hollow the surface rises by no more than κ v²/2.
+    /// Is a ring about `middle` above the stock everywhere? A concave surface rises by at most κ v²/2.
     fn clear(&self, middle: [f64; 2], radius_mm: f64) -> bool {
         let v = [middle[0] - self.contact[0], middle[1] - self.contact[1]];
         let nearest = self.normal[0] * v[0] + self.normal[1] * v[1] - radius_mm;
         let reach = (v[0] * v[0] + v[1] * v[1]).sqrt() + radius_mm;
-        // And on the inside of a bend it comes nearer by κ ρ²/2.
+        // On the inside of a curved path it comes closer by κ ρ²/2.
         let bend = 0.5 * (-self.turn).max(0.0) * radius_mm * radius_mm;
         nearest - bend - 0.5 * self.curvature.max(0.0) * reach * reach > self.stock_mm
     }
 
-    /// Angles at which a ring cuts forward: where its normal has a part along the feed.
+    /// Range of angles at which a ring cuts: where its normal has a component along the feed.
     fn leading(&self, ring: &Slice) -> Option<[f64; 2]> {
         let swing = self.tangent.x.hypot(self.tangent.y) * ring.normal_r;
         let base = self.tangent.z * ring.normal_z;
@@ -235,7 +236,7 @@ impl Section {
         Some([low, PI - low])
     }
 
-    /// Height of the scallop between this pass and the one beside, mm; 0 beside an edge.
+    /// Height of the scallop between this pass and the neighbouring one, mm; 0 beside an edge.
     pub fn scallop_mm(&self) -> f64 {
         let Near::Pass(before) = self.beside else { return 0.0 };
         let centre = self.tip + self.shape.corner_mm * Vec3::z();
@@ -245,7 +246,7 @@ impl Section {
         cusp.map_or(f64::INFINITY, |q| self.above(q).max(0.0))
     }
 
-    /// Where two circles meet below their middles.
+    /// Where the two circles of a ball intersect, on the side of the surface.
     fn ball_cusp(&self, here: [f64; 2], before: [f64; 2]) -> Option<[f64; 2]> {
         let (dx, dy) = (before[0] - here[0], before[1] - here[1]);
         let apart = dx.hypot(dy);
@@ -258,13 +259,14 @@ impl Section {
         }
         let (down, half) = ((r * r - 0.25 * apart * apart).sqrt(), 0.5);
         let side = [-dy / apart, dx / apart];
-        // Of the two, the one towards the surface.
+        // Of the two intersections the one towards the surface.
         let sign = if side[0] * self.normal[0] + side[1] * self.normal[1] > 0.0 { -1.0 } else { 1.0 };
         Some([here[0] + half * dx + sign * down * side[0], here[1] + half * dy + sign * down * side[1]])
     }
 
-    /// Where what two passes of a bull-nose end leave meets. The difference of two like convex curves side by side grows or falls all
-    /// the way, so it is zero once; where one stays below the other as far as both reach, its wall cuts into what the other left.
+    /// Where the curves of two passes of a bull-nose end intersect. The difference of two equal convex curves side by
+    /// side is monotonic, so it is zero at most once; if one is below the other over their whole overlap, the
+    /// intersection is with its side wall.
     fn widened_cusp(&self, here: [f64; 2], before: [f64; 2]) -> Option<[f64; 2]> {
         let (left, right) = if here[0] < before[0] { (here, before) } else { (before, here) };
         let reach = self.shape.radius_mm();
@@ -293,9 +295,9 @@ fn border(of: &dyn Fn(f64) -> f64, from: f64, to: f64) -> f64 {
     middle(bisect(|at| (of(at) > 0.0) == inside, from, to, HALVINGS))
 }
 
-/// Scallop height between two passes of a ball of radius `r`, its middles `apart` mm, on a surface whose curvature across
-/// the passes is κ (positive concave), in closed form: with ρ = 1/κ and middles at ρ − r from the centre of curvature
-/// h = ρ − √((ρ − r)² − (p/2)²) − √(r² − (p/2)²); on a plane h = r − √(r² − (p/2)²), mm.
+/// Scallop height, mm, between two passes of a ball of radius r whose centres are p = `apart_mm` apart, on a surface
+/// with curvature κ across the passes (positive concave), in closed form: with ρ = 1/κ, h = ρ − √((ρ − r)² − (p/2)²) −
+/// √(r² − (p/2)²); on a plane h = r − √(r² − (p/2)²).
 #[cfg(feature = "rooms")]
 pub fn ball_scallop_mm(r: f64, curvature_per_mm: f64, apart_mm: f64) -> f64 {
     let half = 0.5 * apart_mm;
@@ -326,7 +328,7 @@ mod tests {
                 let (sin, cos) = slope_deg.to_radians().sin_cos();
                 let ground = plane(slope_deg.to_radians(), curvature);
                 let middle = ground.normal * r;
-                // The middle of the pass beside on the parallel curve, one turn of 0.1 rad or 0.4 mm away.
+                // The ball centre of the adjacent pass on the parallel curve, one turn of 0.1 rad or 0.4 mm away.
                 let uphill = Vec3::new(0.0, cos, sin);
                 let before = if curvature == 0.0 {
                     middle - 0.4 * uphill
@@ -344,7 +346,7 @@ mod tests {
         }
     }
 
-    /// On a floor a bull-nose end leaves a scallop only where its corners meet: with flats that overlap none.
+    /// On a floor a bull-nose end leaves a scallop only if the flats of adjacent passes do not overlap.
     #[test]
     fn a_bull_nose_leaves_no_scallop_on_a_floor_until_its_flats_part() {
         let shape = Shape { flat_mm: 2.0, corner_mm: 1.0 };
@@ -357,7 +359,8 @@ mod tests {
         assert!(at(6.1).is_infinite());
     }
 
-    /// A level slot in stock of 0.1 mm over a floor: a ring at z meets stock on its whole leading half while z < 0.1 mm.
+    /// A level slot in stock of 0.1 mm over a floor: a ring at z meets stock on its whole leading half while z < 0.1
+    /// mm.
     #[test]
     fn a_slot_engages_the_leading_half_of_the_rings_below_the_stock() {
         let ground = plane(0.0, 0.0);
@@ -371,8 +374,8 @@ mod tests {
         assert_eq!(arcs.iter().filter(whole).count(), below);
     }
 
-    /// Points of a circle about the centre of a bent path, on its right and on its left, come to lie beside the tip where the circle
-    /// crosses the line across the feed.
+    /// Points of a circle about the centre of a bent path, on its right and on its left, come to lie beside the tip
+    /// where the circle crosses the line across the feed.
     #[test]
     fn a_point_ahead_on_a_bent_path_is_brought_back_along_its_circle() {
         for radius in [7.0, -7.0] {

@@ -1,5 +1,5 @@
-//! The lower side of a finishing tool in two numbers. In: an outline. Out: radius of the bottom flat and of the corner, and
-//! heights, slopes and normals from them.
+//! Shape of the lower side of a finishing tool. In: an outline. Out: radius of the bottom flat and of the corner;
+//! heights and normals.
 
 use crate::machine::{Profile, Tool};
 use crate::path::Vec3;
@@ -14,7 +14,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Ball of a radius.
+    /// A ball of this radius.
     pub fn ball(radius_mm: f64) -> Self {
         Self { flat_mm: 0.0, corner_mm: radius_mm }
     }
@@ -40,11 +40,11 @@ impl Shape {
             return Some(0.0);
         }
         let square = self.corner_mm * self.corner_mm - q * q;
-        // A place on the very rim may lie beyond it by rounding.
+        // A point at the largest radius may lie beyond it by rounding.
         (q <= self.corner_mm + 1e-9).then(|| self.corner_mm - square.max(0.0).sqrt())
     }
 
-    /// Unit normal into the tool at a point of its lower side, given from the tip.
+    /// Unit normal into the tool at a point of its lower side, given relative to the tip.
     pub fn normal(&self, from_tip: Vec3) -> Vec3 {
         let out = from_tip.x.hypot(from_tip.y);
         if out <= self.flat_mm || self.corner_mm == 0.0 {

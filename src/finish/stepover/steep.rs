@@ -1,5 +1,5 @@
-//! The part of a surface that passes of one height take: machined, and no shallower than a limit. In: a grid of heights, the limit.
-//! Out: the stretches of such passes at a height, and places over that part.
+//! The steep part of a surface, for passes of one height: machined, with at least a given slope. In: a grid of heights,
+//! the slope. Out: the stretches of such passes at a height, and places on that part.
 
 use super::drop::{Contact, Dropper};
 use super::levels::{Curve, Grid, downhill, onto};
@@ -7,24 +7,25 @@ use super::reach::Place;
 use crate::numeric::bisect;
 use rayon::prelude::*;
 
-/// Shortest stretch, and longest gap of shallower ground that is passed over, in radii of the tool: a lead takes as much room.
+/// Shortest stretch, and longest gap of shallower ground that is bridged, in tool radii: about the length of a lead.
+/// Judgement.
 const SHORT: f64 = 1.0;
-/// To the next place of a grid in any direction, in sides of a cell: its diagonal.
+/// Largest distance to a neighbouring node, in sides of a cell: the diagonal.
 const NEXT: f64 = std::f64::consts::SQRT_2;
-/// Points of a curve nearer than this to the one before are left out, in sides of a cell.
+/// Least distance of points of a curve, in sides of a cell.
 const APART: f64 = 0.4;
-/// Halvings of the way to the end of a stretch: from the side of a cell, 0.5 mm, to half a micrometre.
+/// Bisections for the end of a stretch: from 0.5 mm to 0.5 µm.
 const HALVINGS: u32 = 10;
 
 /// The steep part of a surface.
 #[derive(Debug)]
 pub struct Steep {
     grid: Grid,
-    /// Cosine of the shallowest slope from level.
+    /// Cosine of the least slope.
     flattest: f64,
 }
 
-/// What lies under a point of a curve.
+/// Kind of ground under a point of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Under {
     Steep,
@@ -33,12 +34,12 @@ enum Under {
 }
 
 impl Steep {
-    /// What is no shallower than `shallowest_rad` from level.
+    /// The part with a slope of at least `shallowest_rad`.
     pub fn new(grid: Grid, shallowest_rad: f64) -> Self {
         Self { grid, flattest: shallowest_rad.cos() }
     }
 
-    /// Does a tool that touches here touch the steep part?
+    /// Is this contact on the steep part?
     pub fn holds(&self, contact: &Contact) -> bool {
         self.under(Some(contact)) == Under::Steep
     }
@@ -52,24 +53,24 @@ impl Steep {
         }
     }
 
-    /// Least sine of its slope from level.
+    /// Sine of the least slope.
     pub fn least_sine(&self) -> f64 {
         (1.0 - self.flattest * self.flattest).sqrt()
     }
 
-    /// Highest tip over it below a height, mm: uphill from the highest place of the grid as far as it goes.
+    /// Highest tip on it below a height, mm: from the highest node of the grid uphill to the end of the steep part.
     pub fn highest_below(&self, dropper: &Dropper, below_mm: f64) -> Option<f64> {
         let held = self.grid.contacts(1).filter(|(_, contact)| self.holds(contact) && contact.tip_mm < below_mm);
         let (p, highest) = held.reduce(|a, b| if b.1.tip_mm > a.1.tip_mm { b } else { a })?;
         let Some(down) = downhill(highest) else { return Some(highest.tip_mm) };
         let drop = |by_mm: f64| dropper.drop([0, 1].map(|axis| p[axis] - by_mm * down[axis]));
         let on = |by_mm: f64| drop(by_mm).is_some_and(|c| self.holds(&c) && c.tip_mm >= highest.tip_mm);
-        // The next place of the grid uphill is no part of it, or it would be the highest.
+        // The next node uphill is not on it, or it would be the highest.
         let top = drop(bisect(on, 0.0, NEXT * self.grid.cell_mm(), HALVINGS)[0])?.tip_mm;
         Some(top.min(below_mm))
     }
 
-    /// Places over it, at most `apart_mm` from each other, with the area each stands for.
+    /// Places on it, about `apart_mm` apart, with their areas.
     pub fn places(&self, apart_mm: f64) -> Vec<Place> {
         let cell = self.grid.cell_mm();
         let stride = ((apart_mm / cell).floor() as usize).max(1);
@@ -95,7 +96,7 @@ impl Steep {
         if curve.closed && kept.iter().all(|kept| *kept) {
             return vec![Curve { points: all.into_iter().map(|(p, _)| p).collect(), closed: true }];
         }
-        // From a gap on, so that no stretch of a closed curve runs over the end of the list.
+        // Rotated to start at a gap, so that no stretch of a closed curve wraps around.
         let first_gap = kept.iter().position(|kept| !kept).filter(|_| curve.closed).unwrap_or(0);
         all.rotate_left(first_gap);
         kept.rotate_left(first_gap);
@@ -117,7 +118,7 @@ impl Steep {
         stretches
     }
 
-    /// Where the steep part ends between a point of a curve on it and the next one, which is not.
+    /// End of the steep part between a point of a curve on it and the next one outside.
     fn border(&self, dropper: &Dropper, inside: [f64; 2], out: [f64; 2], level_mm: f64) -> Option<[f64; 2]> {
         let far_mm = (out[0] - inside[0]).hypot(out[1] - inside[1]);
         let at =
@@ -128,7 +129,7 @@ impl Steep {
     }
 }
 
-/// Keeps gaps of shallow ground that are shorter than `short_mm` between two kept points.
+/// Keeps gaps of shallow ground (without rim) shorter than `short_mm` between two kept points.
 fn bridge(all: &[([f64; 2], Under)], kept: &mut [bool], closed: bool, short_mm: f64) {
     let count = all.len();
     let Some(first) = kept.iter().position(|kept| *kept) else { return };
@@ -147,7 +148,7 @@ fn bridge(all: &[([f64; 2], Under)], kept: &mut [bool], closed: bool, short_mm: 
     }
 }
 
-/// Leaves out points nearer than `apart_mm` to the one before, but for the ends.
+/// Removes points closer than `apart_mm` to the one before, except the ends.
 fn thin(points: &mut Vec<[f64; 2]>, apart_mm: f64) {
     let last = points.len().saturating_sub(1);
     let mut before: Option<[f64; 2]> = None;

@@ -1,9 +1,9 @@
-//! The surface to be finished: triangles as the drop-cutter wants them. In: the bytes of an STL file. Out: triangles, which of
-//! their edges and corners lie on the rim of what is machined, what was repaired; or why the surface cannot be used.
+//! The surface to be finished, as triangles for the drop-cutter. In: the bytes of an STL file. Out: triangles, marks of
+//! edges and corners on the rim of the machined area, notes on repairs; or an error.
 //!
-//! An open surface is welcome. What is machined are the facets that look up and are no steeper than a limit; their rim is where
-//! the surface ends or becomes steeper. A hole in the surface is an outline inside the largest one: the tool would sink
-//! into it by r − √(r² − w²/4).
+//! The surface may be open. Machined are the facets that face upwards and are no steeper than a limit; their rim is
+//! where the surface ends or becomes steeper. A hole is an outline other than the longest: a ball of radius r would
+//! sink into a hole of width w by r − √(r² − w²/4).
 
 use super::shape::Shape;
 use crate::machine::Box3;
@@ -11,16 +11,17 @@ use crate::path::Vec3;
 use crate::stock::{Mesh, MeshError, mesh};
 use std::collections::HashMap;
 
-/// Mark of a triangle whose edge k lies on the rim: this, shifted by k.
+/// Mark of a triangle whose edge k lies on the rim, shifted left by k.
 pub const RIM_EDGE: u16 = 1;
-/// Mark of a triangle whose corner k lies on the rim: this, shifted by k.
+/// Mark of a triangle whose corner k lies on the rim, shifted left by k.
 pub const RIM_CORNER: u16 = 8;
-/// Mark of a triangle that is not machined: too steep, or looking down.
+/// Mark of a triangle that is not machined: too steep, or facing downwards.
 pub const STEEP: u16 = 64;
-/// Mark of a triangle whose edge k holds no tool by itself, or is left to the triangle on its other side: this, shifted by k.
+/// Mark of a triangle whose edge k needs no contact test, because it is concave or tested with the other triangle;
+/// shifted left by k.
 pub const HOLLOW: u16 = 128;
 
-/// Sine of the angle by which an edge has to open upwards to count as the bottom of a hollow.
+/// Least sine of the angle of a concave edge.
 const OPENS: f64 = 1e-6;
 
 /// A surface to be finished.
@@ -38,7 +39,7 @@ pub struct Surface {
     pub notes: Vec<String>,
 }
 
-/// A closed line of open edges.
+/// A closed chain of edges that belong to one triangle only.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outline {
     /// Length, mm.
@@ -57,7 +58,7 @@ impl Outline {
 }
 
 impl Surface {
-    /// Reads a surface; `factor` brings its numbers to mm, facets steeper than `steepest_rad` are not machined.
+    /// Reads a surface; `factor` converts its numbers to mm; facets steeper than `steepest_rad` are not machined.
     pub fn read(bytes: &[u8], factor: f64, steepest_rad: f64) -> Result<Self, MeshError> {
         let (mut mesh, notes) = mesh::read_surface(bytes)?;
         mesh.vertices.iter_mut().for_each(|p| *p *= factor);
@@ -78,7 +79,7 @@ impl Surface {
         Self { triangles, marks, outlines, extent: mesh.extent(), notes }
     }
 
-    /// The same turned about Z, counter-clockwise.
+    /// The surface rotated about Z, counter-clockwise.
     #[must_use]
     pub fn turned(mut self, angle_rad: f64) -> Self {
         let (sin, cos) = angle_rad.sin_cos();
@@ -97,25 +98,25 @@ impl Surface {
             let half = 0.5 * hole.width_mm() - shape.flat_mm;
             half > 0.0 && shape.height(shape.flat_mm + half).is_none_or(|by_mm| by_mm > tolerance_mm)
         };
-        // The longest outline is where the surface ends, unless it has a bottom and ends nowhere.
+        // The longest outline is the border of the surface.
         self.outlines.iter().skip(1).filter(sinks).copied().collect()
     }
 
-    /// Its area seen from above where it is machined, mm².
+    /// Machined area seen from above, mm².
     pub fn machined_mm2(&self) -> f64 {
         self.machined().map(|across| 0.5 * across.z).sum()
     }
 
-    /// Its area where it is machined, and that of it that is shallower than an angle from level, mm².
+    /// Machined area, and the part of it whose slope is below an angle, mm².
     pub fn shallow_mm2(&self, below_rad: f64) -> [f64; 2] {
         let area = |across: Vec3| 0.5 * across.norm();
         let shallow = |across: &Vec3| across.z > below_rad.cos() * across.norm();
-        // From a positive zero: the sum of nothing is a negative one.
+        // Folded from +0, as the sum of an empty iterator is −0.
         let sum = |areas: f64, across: Vec3| areas + area(across);
         [self.machined().fold(0.0, sum), self.machined().filter(shallow).fold(0.0, sum)]
     }
 
-    /// Of every facet that is machined twice its area along its normal.
+    /// For every machined facet a vector along its normal with twice its area, mm².
     fn machined(&self) -> impl Iterator<Item = Vec3> {
         let machined = self.triangles.iter().zip(&self.marks).filter(|(_, marks)| **marks & STEEP == 0);
         machined.map(|([a, b, c], _)| (b - a).cross(&(c - a)))
@@ -163,20 +164,21 @@ fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u16>, Vec<Outline>) {
     (marks, outlines(mesh, &open))
 }
 
-/// Does the surface open upwards at an edge that two triangles share? A tool in it rests on both of them rather than on the edge.
+/// Is an edge shared by two triangles concave seen from above? A tool then touches the triangles rather than the edge.
 fn opens_upwards(mesh: &Mesh, [one, other]: [([u32; 3], u8); 2]) -> bool {
     let corner = |ids: [u32; 3], k: u8| mesh.vertices[ids[usize::from(k) % 3] as usize];
     let apex = |(ids, k): ([u32; 3], u8)| corner(ids, k + 2);
     let (a, b, c, d) = (corner(one.0, one.1), corner(one.0, one.1 + 1), apex(one), apex(other));
     let across = (b - a).cross(&(c - a));
     let up = if across.z < 0.0 { -across } else { across };
-    // On either side of the edge as seen from above, and the other triangle above the plane of this one.
+    // The triangles lie on opposite sides of the edge seen from above, and the other one is above the plane of this
+    // one.
     let side = |q: Vec3| (b.x - a.x) * (q.y - a.y) - (b.y - a.y) * (q.x - a.x);
     let above = up.dot(&(d - a));
     side(c) * side(d) < 0.0 && above > OPENS * up.norm() * (d - a).norm()
 }
 
-/// Joins open edges that share a vertex, the longest outline first.
+/// Joins open edges that share a vertex to outlines, the longest first.
 fn outlines(mesh: &Mesh, open: &[(u32, u32)]) -> Vec<Outline> {
     let mut beside: HashMap<u32, Vec<usize>> = HashMap::new();
     for (k, (a, b)) in open.iter().enumerate() {

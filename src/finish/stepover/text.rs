@@ -1,7 +1,7 @@
 //! The program as text. In: motions of the tip in mm, dialect, unit. Out: text.
 //!
-//! Nothing is written that a control could read in two ways: plane, unit, absolute positions, feed per minute and work offset are
-//! said at the head, every motion says its kind, a coordinate stands where it changes. Centres of arcs are given from their start on.
+//! The text is unambiguous: the head sets plane, unit, absolute positions, feed per minute and work offset; motion
+//! codes and coordinates are written when they change. Centres of arcs are relative to their start.
 
 use super::fit::Circle;
 use super::path::Step;
@@ -10,10 +10,10 @@ use crate::path::{Plane, Vec3};
 use crate::units::{MM_PER_INCH, mm_min_from_mm_s, rpm_from_rps};
 use std::fmt::Write;
 
-/// First words of the comment at the head: a file that has it was written here.
+/// First words of the comment at the head, by which a file is recognised.
 pub const MARK: &str = "PASSES OF VARYING STEP-OVER BY FEEDWRIGHT";
 
-/// What the head says.
+/// Settings for the head of the program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Head {
     /// Dialect.
@@ -28,8 +28,8 @@ pub struct Head {
     pub notes: Vec<String>,
 }
 
-/// Whether arcs in a plane are written. Another plane than XY turns the axis of the tool's length on a Siemens control, and a
-/// Heidenhain one has no words for an arc in it.
+/// Are arcs in this plane written? On Siemens controls a plane other than XY changes the axis of the tool length, and
+/// Heidenhain plain language has no arcs in it.
 pub fn has_arcs(dialect: Dialect, plane: Plane) -> bool {
     plane == Plane::Xy || dialect.syntax() == Syntax::Rs274
 }
@@ -57,7 +57,7 @@ struct Writer<'a> {
     head: &'a Head,
     text: String,
     lines: u32,
-    /// Coordinates as they were last written.
+    /// Coordinates last written.
     at: [Option<String>; 3],
     feed: Option<String>,
     kind: Option<&'static str>,
@@ -130,7 +130,7 @@ impl Writer<'_> {
 
     fn step(&mut self, step: &Step) {
         if self.at[2].is_none() {
-            // Nobody knows where the tool stands at first: up, then over.
+            // The start position is not known: first up, then across.
             let height = self.coordinate(&step.to, 2);
             let sign = if self.plain() && !height.starts_with('-') { "+" } else { "" };
             let (before, after) = if self.plain() { ("L", " R0 FMAX") } else { ("G0", "") };
@@ -156,7 +156,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A block in words of G.
+    /// A motion block in G code.
     fn motion(&mut self, words: &str, arc: Option<Arc>, rapid: bool, feed: &str) {
         let mut line = String::new();
         if let Some(arc) = arc.filter(|arc| arc.plane != self.plane) {
@@ -187,7 +187,7 @@ impl Writer<'_> {
         self.say(line.trim_start());
     }
 
-    /// A block in plain language: an arc is its centre, then its end.
+    /// A motion block in plain language; an arc is a block with its centre and one with its end.
     fn plain_motion(&mut self, words: &str, arc: Option<Arc>, end: &str) {
         let Some(arc) = arc else {
             self.say(&format!("L{words}{end}"));
@@ -200,13 +200,13 @@ impl Writer<'_> {
         self.say(&format!("C{words} DR{way}{end}"));
     }
 
-    /// Centre of an arc along an axis, as plain language wants it.
+    /// Coordinate of the centre of an arc in plain language (absolute, with sign).
     fn at_start(&self, arc: Arc, axis: usize) -> String {
         let text = self.value(arc.start_mm[axis] + arc.from_start_mm[axis]);
         if text.starts_with('-') { text } else { format!("+{text}") }
     }
 
-    /// The arc from where the tool stands, as it was written, to where it will stand, in mm.
+    /// The arc from the last written position through `via` to the written position of `to`, mm.
     fn arc(&self, via: Vec3, to: &Vec3) -> Option<Arc> {
         let per_unit = if self.head.inch { MM_PER_INCH } else { 1.0 };
         let mut from = Vec3::zeros();
@@ -214,7 +214,7 @@ impl Writer<'_> {
             from[axis] = self.at[axis].as_ref()?.parse::<f64>().ok()? * per_unit;
         }
         let end = Vec3::from_fn(|axis, _| self.coordinate(to, axis).parse::<f64>().unwrap_or(to[axis]) * per_unit);
-        // The axis across the plane is rounded for ends alone.
+        // Only the ends are rounded along the axis normal to the plane.
         let flat =
             (0..3).find(|axis| from[*axis] == end[*axis] && (via[*axis] - end[*axis]).abs() < 1e-3 * per_unit)?;
         let mut via = via;
@@ -248,7 +248,7 @@ impl Writer<'_> {
             }
         }
         if words.is_empty() {
-            // A block without a word would be none: say where it stays.
+            // A block needs a coordinate: repeat Z.
             let value = self.at[2].clone().unwrap_or_default();
             let sign = if self.plain() && !value.starts_with('-') { "+" } else { "" };
             let _ = write!(words, " Z{sign}{value}");
@@ -273,7 +273,7 @@ impl Writer<'_> {
     }
 }
 
-/// An arc as it is written.
+/// An arc as written.
 #[derive(Debug, Clone, Copy)]
 struct Arc {
     plane: Plane,
@@ -293,7 +293,7 @@ fn plane_word(plane: Plane) -> &'static str {
     }
 }
 
-/// A number with a point, so that no control takes it for increments.
+/// A number with a decimal point, so that no control takes it for increments.
 fn number(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     if digits == 0 {

@@ -1,19 +1,21 @@
-//! Where a tool that comes down from above touches one triangle. In: triangle, tool shape, place of the axis in the plane. Out:
-//! height of the tip, point of contact, and whether that lies on the facet, an edge or a corner.
+//! Contact of a tool lowered onto one triangle. In: triangle, tool shape, position of the axis in XY. Out: height of
+//! the tip, point of contact, and whether it lies on the facet, an edge or a corner.
 //!
-//! A bull-nose end is a disc of radius a swept by a ball of radius r: ball a = 0, flat end r = 0. Its lower side at a
-//! distance ρ from the axis lies h(ρ) = r − √(r² − (ρ − a)²) above the tip (0 within a), a convex function; so over a triangle
-//! z(p) − h(|p − axis|) is concave, its largest value is the height of the tip, and
-//! * it lies inside the triangle where the normal points from the corner circle: at a + r sin θ from the axis, uphill;
-//! * else on an edge that the triangle and that place lie on either side of (from any other the way there rises on into the
-//!   triangle), where it is concave again: in closed form for a ball and a flat, by regula falsi on its slope for a bull.
+//! A bull-nose end is a disc of radius a swept by a ball of radius r; ball: a = 0, flat end: r = 0. Its lower side at a
+//! distance ρ from the axis is h(ρ) = r − √(r² − (ρ − a)²) above the tip (0 within a), a convex function. So z(p) −
+//! h(|p − axis|) is concave over the triangle, and its maximum is the height of the tip. With θ the slope of the facet
+//! it lies
+//! * on the facet, at a + r sin θ uphill of the axis, if that point is inside the triangle;
+//! * otherwise on an edge that separates the triangle from that point, where the function is again concave: in closed
+//!   form for a ball and a flat end, by regula falsi on its derivative for a bull-nose end.
 
 use super::shape::Shape;
 use crate::path::Vec3;
 
-/// Where an edge holds a bull-nose is found to this, mm: the height, which is level there, errs by its square over the corner radius.
+/// Tolerance of the contact on an edge for a bull-nose end, mm; the error of the height is its square over the corner
+/// radius.
 const PLACE_MM: f64 = 1e-7;
-/// Most steps to find it; some seven are needed.
+/// Most steps for it; about seven are needed.
 const STEPS: u32 = 60;
 
 /// Part of a triangle.
@@ -21,7 +23,7 @@ const STEPS: u32 = 60;
 pub enum Feature {
     /// Inside.
     Facet,
-    /// The edge from this corner on.
+    /// The edge that starts at this corner.
     Edge(u8),
     /// This corner.
     Corner(u8),
@@ -32,13 +34,13 @@ pub enum Feature {
 pub struct Touched {
     /// Height of the tip, mm.
     pub tip_mm: f64,
-    /// Where, mm.
+    /// Point of contact, mm.
     pub point: Vec3,
-    /// On what.
+    /// Part of the triangle.
     pub feature: Feature,
 }
 
-/// Where a tool above `p` touches a triangle, or one of those of its edges that are `kept`.
+/// Contact of a tool above `p` with a triangle; only edges that are `kept` are tested.
 #[inline]
 pub fn touch(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape, kept: [bool; 3]) -> Option<Touched> {
     let [a, b, c] = *triangle;
@@ -46,7 +48,8 @@ pub fn touch(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape, kept: [bool; 3]) -
     let mut outer = [true; 3];
     if across.z != 0.0 {
         let n = if across.z < 0.0 { -across } else { across } / across.norm();
-        // Uphill is against the level part of the normal; on a level facet under a flat bottom the axis stands for the disc.
+        // Uphill is opposite to the horizontal component of the normal; on a level facet a flat bottom is tested at its
+        // axis.
         let out = if shape.flat_mm > 0.0 {
             let sin = (n.x * n.x + n.y * n.y).sqrt();
             if sin > 0.0 { shape.flat_mm / sin + shape.corner_mm } else { 0.0 }
@@ -66,7 +69,7 @@ pub fn touch(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape, kept: [bool; 3]) -
     edges.reduce(|best, other| if other.tip_mm > best.tip_mm { other } else { best })
 }
 
-/// Contact with an edge, its ends included.
+/// Contact with an edge, including its ends.
 fn edge(triangle: &[Vec3; 3], k: u8, p: [f64; 2], shape: Shape) -> Option<Touched> {
     let next = (k + 1) % 3;
     let (a, b) = (triangle[k as usize], triangle[next as usize]);
@@ -78,7 +81,7 @@ fn edge(triangle: &[Vec3; 3], k: u8, p: [f64; 2], shape: Shape) -> Option<Touche
         return Some(Touched { tip_mm, point: end, feature: Feature::Corner(k) });
     }
     let (ux, uy) = (dx / length, dy / length);
-    // Along the edge, from the foot of the axis on it.
+    // Positions along the edge, from the foot of the perpendicular from the axis.
     let begin = (a.x - p[0]) * ux + (a.y - p[1]) * uy;
     let off = (a.x - p[0]) * uy - (a.y - p[1]) * ux;
     let half = shape.radius_mm().powi(2) - off * off;
@@ -103,7 +106,7 @@ fn edge(triangle: &[Vec3; 3], k: u8, p: [f64; 2], shape: Shape) -> Option<Touche
     Some(Touched { tip_mm, point, feature })
 }
 
-/// Where slope·u − h(√(u² + off²)) is largest between two places.
+/// Position u between two limits at which slope·u − h(√(u² + off²)) is largest.
 fn lowest_gap(slope: f64, off: f64, [from, to]: [f64; 2], shape: Shape) -> f64 {
     let Shape { flat_mm, corner_mm } = shape;
     if corner_mm == 0.0 {
@@ -131,7 +134,7 @@ fn lowest_gap(slope: f64, off: f64, [from, to]: [f64; 2], shape: Shape) -> f64 {
         let before = u;
         u = low.0 + low.1 * (high.0 - low.0) / (low.1 - high.1);
         let here = rise(u);
-        // The end that stays counts half (Illinois).
+        // Illinois modification.
         if here > 0.0 {
             low = (u, here);
             high.1 *= 0.5;
@@ -156,7 +159,8 @@ mod tests {
         Shape { flat_mm: 3.0, corner_mm: 0.0 },
     ];
 
-    /// No point of a triangle stands inside a tool that rests on it, and one touches it: by points strewn over the triangle.
+    /// No point of a triangle is inside a tool that rests on it, and one touches it: by points spread over the
+    /// triangle.
     #[test]
     fn no_point_of_a_triangle_is_inside_the_tool_that_rests_on_it() {
         let triangle = [Vec3::new(0.0, 0.0, 0.0), Vec3::new(4.0, 1.0, 2.0), Vec3::new(1.0, 3.0, -1.5)];

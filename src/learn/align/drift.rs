@@ -1,11 +1,12 @@
-//! How the clock of a log drifts against the clock of its program.
+//! Drift of the clock of a log against the clock of its program.
 //!
-//! In: observations of the drift d = log time − program time, each at a program time T with a variance. Out: the drift
-//! at each of them with its variance, pauses, and the likelihood.
+//! In: observations of the drift d = log time − program time, each at a program time T with a variance. Out: the
+//! smoothed drift with its variance at each of them, pauses, and the likelihood.
 //!
-//! d is a random walk with variance q per second of the program; smoothed forward and backward (Kalman, Rauch–Tung–
-//! Striebel). q is the most likely of a few. An observation that lies more than [`JUMP`] deviations late, and whose
-//! successors agree with it, is a pause: there the walk begins anew. One that stands alone is left out.
+//! d is a random walk with variance q per second of the program, estimated by a Kalman filter with Rauch–Tung–Striebel
+//! smoothing (Rauch, Tung and Striebel 1965); q is the most likely of a few values. An observation more than [`JUMP`]
+//! standard deviations off with which the next ones agree is a pause: there the walk starts again. A single one is an
+//! outlier and left out.
 
 /// One observation of the drift.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,17 +32,16 @@ pub struct Drift {
     pub pauses: Vec<(f64, f64)>,
     /// Log-likelihood of the observations.
     pub likelihood: f64,
-    /// Variance of the walk about each of them, s² per second of the program: as much as it departs there from a steady
-    /// drift.
+    /// Local variance of the walk at each of them, s² per second of the program; see [`walks`].
     pub walk: Vec<f64>,
 }
 
-/// Deviations by which an observation must be off to be no chance.
+/// Standard deviations from which an observation is an outlier or a pause. Judgement.
 const JUMP: f64 = 6.0;
-/// Standard deviations per √s that are tried.
+/// Values of √q that are tried, s per √s.
 const WALKS: [f64; 11] = [0.0005, 0.001, 0.002, 0.0035, 0.006, 0.011, 0.02, 0.035, 0.06, 0.11, 0.2];
 
-/// Places on either side over which the walk is taken.
+/// Observations on either side over which the local variance of the walk is averaged.
 const ABOUT: usize = 4;
 
 /// Most likely drift; `None` without observations.
@@ -75,8 +75,8 @@ impl Drift {
         log_s.iter().map(place).collect()
     }
 
-    /// Standard deviation of the drift at program times: between two observations and beyond the outermost ones the
-    /// walk goes its own way. That of the mean where no time is known.
+    /// Standard deviation of the drift at program times: that of the nearest observations, and the variance of the walk
+    /// since then. For NaN times the root mean square over all observations.
     pub fn deviations_s(&self, program_s: &[f64]) -> Vec<f64> {
         let whole = self.uncertainty_s();
         let of = |t: &f64| if t.is_finite() { self.deviation_at(*t) } else { whole };
@@ -163,8 +163,9 @@ fn smooth(seen: &[Observation], q: f64) -> Option<Drift> {
     Some(Drift { at_s, drift_s, deviation_s, pauses, likelihood, walk })
 }
 
-/// How a drift walks about each place, no more than on the whole: between two neighbours a and b seconds away a walk of
-/// the variance q per second is off the straight line by q a b/(a + b). Means over [`ABOUT`] places on either side.
+/// Local variance q of the walk per second at each observation, at most that of the whole. Between two neighbours a and
+/// b seconds away the squared deviation of a walk from the straight line has the mean q a b/(a + b); averaged over
+/// [`ABOUT`] observations on either side.
 fn walks(at_s: &[f64], drift_s: &[f64], whole: f64) -> Vec<f64> {
     let own = |k: usize| {
         let (a, b) = ((at_s[k] - at_s[k - 1]).max(1e-6), (at_s[k + 1] - at_s[k]).max(1e-6));
@@ -179,7 +180,7 @@ fn walks(at_s: &[f64], drift_s: &[f64], whole: f64) -> Vec<f64> {
     (0..at_s.len()).map(about).collect()
 }
 
-/// Do the next observations lie nearer to this one than to what was expected?
+/// Do the next observations agree with this one rather than with the expected drift?
 fn persists(seen: &[Observation], k: usize, expected: f64) -> bool {
     let after = &seen[k + 1..(k + 5).min(seen.len())];
     let nearer = |s: &&Observation| (s.drift_s - seen[k].drift_s).abs() < (s.drift_s - expected).abs();
@@ -228,7 +229,7 @@ mod tests {
         assert_eq!(found.deviations_s(&[f64::NAN]), [found.uncertainty_s()]);
     }
 
-    /// A clock that walks by 0.02 s in a second, seen every 6 s.
+    /// A clock with a random walk of 0.02 s per √s, observed every 6 s.
     #[test]
     fn between_observations_it_is_as_uncertain_as_the_clock_walks() {
         let mut chance = crate::learn::regress::random::Chance::new(3);

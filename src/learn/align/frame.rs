@@ -1,28 +1,29 @@
-//! A log in another frame than its program: positions of the machine, not of the work. In: log, timeline. Out: the shift of the
-//! log against the program, mm, where there is one.
+//! A log whose positions are machine coordinates while the program has work coordinates. In: log, timeline. Out: the
+//! shift of the log against the program, mm, if there is one.
 //!
-//! The log of a whole program has the corners of its path. Each axis gives up to three guesses: the least places against each other, the
-//! greatest, and the medians. The guess under which most places lie on the path is made exact by least squares: a place p whose nearest
-//! point of the path is q, on a line along t, asks of the shift δ that (I − t tᵀ)(p − δ − q) = 0. Places belong to the path of
-//! a program that was run, so nearly all must lie on it in the end, and without a shift hardly any.
+//! Each axis gives up to three guesses of the shift: differences of the minima, of the medians and of the maxima of log
+//! and path. The guess under which most positions lie near the path is refined by least squares: for a position p whose
+//! nearest point of the path is q, on a line along t, the shift δ minimises Σ |(I − t tᵀ)(p − δ − q)|². It is accepted
+//! if with it nearly all positions lie on the path, and without it few.
 
 use crate::learn::log::Log;
 use crate::learn::program::timeline::Timeline;
 use crate::path::Vec3;
 
-/// Distance within which a place lies on the path, mm: the one of the alignment, and for a guess a sample's way from a corner.
+/// Distance within which a position lies on the path, mm: as in the alignment; and near it, for a guess: about the
+/// distance between two samples, as corners are rarely sampled exactly.
 const ON_PATH_MM: f64 = 1.0;
 const NEAR_MM: f64 = 6.0;
-/// Share of the places on the path at which a log is in the frame of the program, and share below which it is in another.
+/// Least share of positions on the path with the shift, and largest share without it. Judgement.
 const IN_FRAME: f64 = 0.8;
 const ELSEWHERE: f64 = 0.5;
-/// Places of the log that are looked at, and rounds of least squares.
+/// Number of positions of the log that are used, and most iterations of least squares.
 const PLACES: usize = 240;
 const ROUNDS: usize = 12;
-/// Guesses of an axis closer than this are one, mm.
+/// Guesses of an axis closer than this count as one, mm.
 const SAME_MM: f64 = 0.05;
 
-/// The shift of a log's positions against the program, mm; `None` where there is none to be seen.
+/// The shift of a log's positions against the program, mm; `None` if there is none.
 pub fn shift_mm(log: &Log, timeline: &Timeline) -> Option<Vec3> {
     let places = places(log)?;
     let path: Vec<(Vec3, Vec3)> = timeline.spots.iter().filter(|s| s.length_mm > 0.0).map(|s| (s.from, s.to)).collect();
@@ -47,7 +48,7 @@ pub fn shift_mm(log: &Log, timeline: &Timeline) -> Option<Vec3> {
     (share_within(&places, &path, found, ON_PATH_MM) >= IN_FRAME).then_some(found)
 }
 
-/// The log in the frame of its program, and what is said of it.
+/// Subtracts the shift from the positions of a log, with a warning.
 pub fn in_work_frame(log: &mut Log, timeline: &Timeline) {
     let Some(shift) = shift_mm(log, timeline) else { return };
     if let Some(axes) = &mut log.position_mm {
@@ -58,13 +59,13 @@ pub fn in_work_frame(log: &mut Log, timeline: &Timeline) {
         }
     }
     log.warnings.push(format!(
-        "the positions are not those of the work frame (machine coordinates?): X {:+.3} Y {:+.3} Z {:+.3} mm against the program, \
-         taken off",
+        "the positions are not those of the work frame (machine coordinates?): X {:+.3} Y {:+.3} Z {:+.3} mm against \
+         the program, taken off",
         shift.x, shift.y, shift.z
     ));
 }
 
-/// Places at which the machine moves, spread over the log.
+/// Positions at which the machine moves, spread evenly over the log.
 fn places(log: &Log) -> Option<Vec<Vec3>> {
     let axes = log.position_mm.as_ref()?;
     let at = |i: usize| Vec3::new(axes[0][i], axes[1][i], axes[2][i]);
@@ -74,7 +75,7 @@ fn places(log: &Log) -> Option<Vec<Vec3>> {
     Some(all.iter().step_by(all.len().div_ceil(PLACES).max(1)).copied().collect())
 }
 
-/// Where an axis of the log may stand against the path.
+/// Guesses of the shift of an axis, mm.
 fn guesses(log: &Log, path: &[(Vec3, Vec3)], axis: usize) -> Vec<f64> {
     let sorted = |mut values: Vec<f64>| {
         values.retain(|v| v.is_finite());
@@ -92,7 +93,7 @@ fn guesses(log: &Log, path: &[(Vec3, Vec3)], axis: usize) -> Vec<f64> {
     found
 }
 
-/// Nearest point of the path and the direction there.
+/// Nearest point of the path and the unit tangent there.
 fn nearest(path: &[(Vec3, Vec3)], p: Vec3) -> (Vec3, Vec3) {
     let mut best = (f64::INFINITY, Vec3::zeros(), Vec3::zeros());
     for (from, to) in path {
@@ -112,7 +113,7 @@ fn share_within(places: &[Vec3], path: &[(Vec3, Vec3)], shift: Vec3, mm: f64) ->
     near as f64 / places.len().max(1) as f64
 }
 
-/// Least squares over the places near the path.
+/// The shift refined by least squares over the positions near the path.
 fn refined(places: &[Vec3], path: &[(Vec3, Vec3)], mut shift: Vec3) -> Vec3 {
     for _ in 0..ROUNDS {
         let (mut normal, mut rhs) = (nalgebra::Matrix3::zeros(), Vec3::zeros());

@@ -1,12 +1,12 @@
-//! Where a program was held: in a log found in it by the load, times over which the program stands. In: the match. Out:
-//! a clock of the log that stands with the program, on which the drift is smooth; pauses for the report.
+//! Holds of a program (feed hold, operator) in a log aligned by its load. In: the match. Out: a running time that
+//! excludes the holds, on which the drift is smooth; pauses for the report.
 
 use crate::learn::align::drift::{Drift, interpolated};
 use crate::learn::align::matching::Match;
 
-/// Shortest stand of the program that is taken for a hold, s.
+/// Shortest hold, s. Judgement.
 const HOLD_S: f64 = 1.5;
-/// Time about a hold in which the drift shows how much longer or shorter it was, s.
+/// Time before and after a hold at which the drift corrects its length, s. Judgement.
 const ABOUT_HOLD_S: f64 = 8.0;
 
 /// Stretches of the log in which the program stood: (from, to), s.
@@ -20,7 +20,7 @@ impl Holds {
         for i in 1..=found.program_s.len() {
             let stands = found.program_s.get(i).is_some_and(|p| *p == found.program_s[from]);
             if !stands {
-                // Where nothing was measured, the program may as well have run slowly: the drift follows either.
+                // In a gap a hold cannot be distinguished from a slow run; the drift follows both.
                 let seen = found.known[from + 1..i].iter().filter(|known| **known).count();
                 if at(seen) >= HOLD_S && found.program_s[from].is_finite() {
                     all.push((at(from), at(i - 1)));
@@ -31,13 +31,13 @@ impl Holds {
         Self(all)
     }
 
-    /// Time of the log less what it was held before.
+    /// Log time less the holds before it, s.
     pub(in crate::learn) fn running_s(&self, log_s: f64) -> f64 {
         log_s - self.0.iter().map(|(from, to)| (log_s.min(*to) - from).max(0.0)).sum::<f64>()
     }
 
-    /// Pauses: the holds, as long as the drift about them says, and what the drift shows beside them. (time in the log,
-    /// length)
+    /// Pauses (time in the log, length), s: the holds, their length corrected by the drift about them, and pauses of
+    /// the drift elsewhere.
     pub(in crate::learn) fn pauses(&self, walk: &Drift) -> Vec<(f64, f64)> {
         let begins: Vec<f64> = self.0.iter().map(|(from, _)| self.running_s(*from)).collect();
         let near = |running_s: f64| begins.iter().any(|b| (b - running_s).abs() < ABOUT_HOLD_S);

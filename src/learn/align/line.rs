@@ -1,11 +1,10 @@
-//! Ties the samples of a log to the program by their line numbers. In: log, timeline, slower machines. Out:
-//! [`Aligned`].
+//! Alignment by line numbers. In: log, timeline, slower machines. Out: [`Aligned`].
 //!
-//! Runs of equal lines are matched in order to the legs of the program (spots of one line that follow each other).
-//! Where one run ends and the next begins, the boundary of their legs was passed between two samples: an observation of
-//! the drift of the log's clock against the program's, with the variance of a uniform distribution. The drift is
-//! smoothed ([`super::drift`]), so that many boundaries place every sample much better than its own two.
-//! The machine's acceleration is the one under which the drift is the least surprising.
+//! Runs of equal line numbers are matched in order to the legs of the program (consecutive spots of one line). Between
+//! two runs the boundary of their legs was passed between two samples: an observation of the drift of the log's clock,
+//! with the variance of a uniform distribution (width²/12). The drift is smoothed ([`super::drift`]), so that many
+//! boundaries place a sample more accurately than the two next to it. The acceleration of the machine is the one with
+//! the most likely drift.
 
 use crate::learn::align::drift::{Drift, Observation, drift};
 use crate::learn::align::{Aligned, Method, median_uncertainty};
@@ -15,17 +14,16 @@ use crate::learn::program::clock::{Clock, Slower};
 use crate::learn::program::timeline::Timeline;
 use crate::numeric::golden_section;
 
-/// By how much a slower machine must be likelier than the declared one, nats.
-const SLOWER_PAYS: f64 = 10.0;
-/// Least uncertainty of a sample, in steps of the log.
+/// Least gain in log-likelihood of a slower machine over the declared one, nats. Judgement.
+const SLOWER_GAIN_NATS: f64 = 10.0;
+/// Least uncertainty of a sample, in sampling intervals.
 const LEAST_STEPS: f64 = 0.02;
-/// Most places whose times are compared.
-const PACED: usize = 800;
-/// How far the logarithm of the factor is narrowed down, as a part of the distance between the factors tried beside it: 0.1 %, where
-/// the drift of a log tells percents.
+/// Most positions whose times are compared.
+const MOST_PLACES: usize = 800;
+/// Tolerance of the logarithm of the factor, as a share of the distance between the factors tried beside it.
 const NARROW: f64 = 1e-3;
 
-/// Ties samples by line; `None` when the log has no lines or they belong to no leg.
+/// Aligns a log by its lines; `None` if it has none or they belong to no leg.
 pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Aligned> {
     let lines = log.line.as_ref()?;
     let legs = legs(timeline);
@@ -61,8 +59,8 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
     })
 }
 
-/// The factor of the acceleration with the likeliest drift: the declared one unless another is clearly
-/// better; and by how many nats the best of the others is ahead.
+/// Clock and drift of the most likely acceleration (the declared one unless another is clearly better), and the gain in
+/// log-likelihood of the best over the declared one, nats.
 pub fn most_likely_acceleration(
     slower: &[Slower],
     walk: &impl Fn(f64) -> Option<(Clock, Drift)>,
@@ -75,11 +73,11 @@ pub fn most_likely_acceleration(
     let (factor_log, _) = golden_section(|log| -likelihood(log.exp()), low, high, NARROW * (high - low));
     let found = walk(factor_log.exp())?;
     let nats = found.1.likelihood - declared.1.likelihood;
-    let (clock, drift) = if nats > SLOWER_PAYS { found } else { declared };
+    let (clock, drift) = if nats > SLOWER_GAIN_NATS { found } else { declared };
     Some((clock, drift, nats))
 }
 
-/// Acceleration that the times between known places show: (factor, nats) when it is clearly not the declared one.
+/// Acceleration that the times between known positions show: (factor, nats) if it is clearly below the declared one.
 pub fn acceleration_shown(log: &Log, program_s: &[f64], timeline: &Timeline, slower: &[Slower]) -> Option<(f64, f64)> {
     let moving = |i: &usize| timeline.at(program_s[*i]).is_some_and(|k| timeline.spots[k].move_id.is_some());
     let known: Vec<usize> = (0..program_s.len()).filter(moving).collect();
@@ -87,7 +85,7 @@ pub fn acceleration_shown(log: &Log, program_s: &[f64], timeline: &Timeline, slo
     let variance = (0.2 * median_step(&log.time_s)).powi(2);
     let places: Vec<(f64, (usize, f64))> = known
         .iter()
-        .step_by(known.len().div_ceil(PACED).max(1))
+        .step_by(known.len().div_ceil(MOST_PLACES).max(1))
         .filter_map(|&i| Some((log.time_s[i], declared.place(program_s[i])?)))
         .collect();
     let walk = |factor: f64| {
@@ -100,14 +98,14 @@ pub fn acceleration_shown(log: &Log, program_s: &[f64], timeline: &Timeline, slo
     (clock.factor < 1.0).then_some((clock.factor, nats))
 }
 
-/// Spots of one line that follow each other: from … to (exclusive).
+/// Consecutive spots of one line: from … to (exclusive).
 struct Leg {
     line: u32,
     from: usize,
     to: usize,
 }
 
-/// Samples of one line that follow each other, and their leg.
+/// Consecutive samples of one line, and their leg.
 struct LineRun {
     from: usize,
     to: usize,
@@ -125,7 +123,7 @@ fn legs(timeline: &Timeline) -> Vec<Leg> {
     legs
 }
 
-/// Runs that belong to a leg, in order, and how many samples do not.
+/// Runs that belong to a leg, in order, and the number of samples that do not.
 fn runs(lines: &[f64], legs: &[Leg]) -> (Vec<LineRun>, usize) {
     let (mut runs, mut next, mut from, mut lost) = (Vec::new(), 0, 0, 0);
     while from < lines.len() {
@@ -142,13 +140,13 @@ fn runs(lines: &[f64], legs: &[Leg]) -> (Vec<LineRun>, usize) {
     (runs, lost)
 }
 
-/// Drift at the boundaries between runs that follow each other.
+/// Observations of the drift at the boundaries between consecutive runs.
 fn boundaries(log: &Log, legs: &[Leg], runs: &[LineRun], clock: &Clock) -> Vec<Observation> {
     let between = |pair: &[LineRun]| {
         let (before, after) = (&pair[0], &pair[1]);
         let [lo, hi] = [log.time_s[before.to - 1], log.time_s[after.from]];
         let [end, start] = [clock.starts[legs[before.leg].to], clock.starts[legs[after.leg].from]];
-        // Legs in between that no sample fell into widen what is known.
+        // Legs in between without a sample add to the uncertainty.
         let width = (hi - lo).powi(2) + (start - end).max(0.0).powi(2);
         let at_s = f64::midpoint(end, start);
         (after.leg > before.leg).then(|| Observation {

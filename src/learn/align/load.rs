@@ -1,23 +1,24 @@
-//! Ties a log to the program by its load alone. In: log, timeline, slower machines, job. Out: [`Aligned`].
+//! Alignment by the load alone. In: log, timeline, slower machines, job. Out: [`Aligned`].
 //!
-//! 1. Coarse: the load that each machine would have (the declared acceleration and lower ones) is found in the measured one
-//!    by dynamic programming over the lag ([`super::matching`]); the machine with the best correlation is taken.
-//! 2. Fine: in windows of the program the reading is y ≈ c₀ + (1 + c)·ŷ(T) − δ·ŷ′(T), by which every window observes its
-//!    own shift δ beside its own level, with the variance σ²/Σŷ′². The drift is smoothed over the windows
-//!    ([`super::drift`]); the acceleration is chosen under which it is the least surprising. ŷ is refitted (tare, cutting
-//!    and edge part by robust least squares), and both are repeated.
-//!    Where the stock may stand proud, the mill be smaller or an entry take more, cuts would seem to begin earlier or later
-//!    than they do: what each of these adds to the load is fitted beside the other parts.
-//! 3. What was fitted is matched once more: the first match knew neither the machine nor the parts.
-//! 4. A lag of the sensor looks like a late alignment: first-order lags are tried on ŷ, and kept where they lower the
-//!    squares clearly, so that the alignment is that of the load and not of its echo.
+//! 1. Coarse: the predicted load of each machine (with the declared acceleration and lower ones) is found in the
+//!    measured one by dynamic programming over the lag ([`super::matching`]); the machine with the best correlation is
+//!    chosen.
+//! 2. Fine: in windows of the program y ≈ c₀ + (1 + c)·ŷ(T) − δ·ŷ′(T) is fitted; each window thus gives an observation
+//!    of the shift δ, independent of its level. The drift is smoothed over the windows ([`super::drift`]); the
+//!    acceleration with the most likely drift is chosen. ŷ is refitted (tare, cutting and edge part by robust least
+//!    squares), and both are repeated. With stock that stands proud, a smaller mill or a higher load at entries, cuts
+//!    would seem to begin earlier or later than they do: the change of the load by each of these is fitted together
+//!    with the other parts.
+//! 3. The fitted load is matched again, as the first match knew neither the machine nor the parts.
+//! 4. A lag of the sensor looks like a late alignment: first-order lags of ŷ are tried and kept if they lower the
+//!    squares clearly.
 
 use crate::learn::align::drift::{Drift, Observation, drift, interpolated};
 use crate::learn::align::holds::Holds;
 use crate::learn::align::line::most_likely_acceleration;
 use crate::learn::align::matching::{Match, match_load};
 use crate::learn::align::measured_load::{MeasuredLoad, gridded, thinned};
-use crate::learn::align::predicted_load::{PARTS, Part, PredictedLoad, parts, with_doubtful};
+use crate::learn::align::predicted_load::{PARTS, Part, PredictedLoad, parts, with_uncertain_parts};
 use crate::learn::align::{Aligned, Method, median_uncertainty};
 use crate::learn::log::Log;
 use crate::learn::program::clock::{Clock, Slower};
@@ -28,44 +29,43 @@ use crate::learn::regress::statistics::{correlation, scale_of};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
-/// Lags beyond the difference in length that are searched, s.
+/// Range of lags that is searched beyond the difference in length, s.
 const REACH_S: f64 = 20.0;
-/// Uncertainty of a sample beside that of the drift, s.
+/// Uncertainty of a sample in addition to that of the drift, s.
 const LEAST_S: f64 = 0.01;
-/// Length of a window that observes its shift, s.
+/// Length of a window, s.
 const WINDOW_S: f64 = 6.0;
-/// Time over which the slope of the predicted load is taken, s, round by round.
+/// Time over which the slope ŷ′ is taken in each round, s.
 const SLOPES_S: [f64; 8] = [0.4, 0.3, 0.2, 0.3, 0.2, 0.15, 0.1, 0.1];
 /// Lags of the sensor that are tried, s.
 const LAGS_S: [f64; 7] = [0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0];
-/// Share of the squares that a lag must take away.
-const LAG_PAYS: f64 = 0.3;
-/// Factors on what steps of the lag and holds cost in the coarse match, falling, and the share of the squares that a
-/// looser match must take away.
+/// Least relative drop of the squares for a lag. Judgement.
+const LAG_GAIN: f64 = 0.3;
+/// Factors on the costs of steps and holds in the coarse match, from stiff to loose, and the least relative drop of the
+/// squares for a looser match. Judgement.
 const STIFFNESS: [[f64; 2]; 4] = [[100.0, 100.0], [10.0, 100.0], [1.0, 10.0], [1.0, 1.0]];
-const LOOSER_PAYS: f64 = 0.03;
-/// Ratio of the accelerations of machines next to each other, and how often it is halved about the best of them.
+const LOOSER_GAIN: f64 = 0.03;
+/// Ratio of neighbouring accelerations that are tried, and how often the interval about the best one is halved.
 const NEXT_MACHINE: f64 = 1.5;
 const BETWEEN: usize = 3;
 /// Round before which lags are tried.
 const LAG_ROUND: usize = 3;
 
-/// Ties samples by the measured quantity `index`; `None` when it cannot be found in the program.
+/// Aligns a log by the measured quantity `index`; `None` if it cannot be found in the program.
 pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> {
     let (timeline, slower, job) = (known.timeline, known.slower.as_slice(), known.job);
     let force = log.measured[index].0.starts_with("force");
     let measured = thinned(log, index)?;
     let mut parts = parts(timeline, job, force);
     if !force {
-        with_doubtful(&mut parts, known);
+        with_uncertain_parts(&mut parts, known);
     }
-    // What nobody declared makes the load differ as an error of the alignment would: a match that follows every
-    // difference may go astray, one that follows none misses what happened. The loads as they are fitted in the end
-    // decide.
+    // Differences from the declared stock and tool look like errors of the alignment: a loose match may follow them, a
+    // stiff one may miss a pause. So several are refined, and the residual of the fitted loads decides.
     let search = Search { measured: &measured, timeline, slower, parts: &parts };
     let first = search.best_of(coarse(&measured, timeline, slower, &parts), None)?;
     let best = search.best_of(search.matched_again(&first), Some(first))?;
-    let Tied { state, nats, holds, correlation, .. } = best;
+    let Refined { state, nats, holds, correlation, .. } = best;
     let running: Vec<f64> = log.time_s.iter().map(|t| holds.running_s(*t)).collect();
     let placed = state.walk.program_s(&running);
     let held = |t: &f64| holds.0.iter().any(|(from, to)| t > from && t < to);
@@ -86,18 +86,19 @@ pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> 
     })
 }
 
-/// A match that was followed to its end.
-struct Tied {
+/// A match after refinement.
+struct Refined {
     state: State,
-    /// By how much the machine is likelier than the declared one.
+    /// Gain in log-likelihood of the machine over the declared one, nats.
     nats: f64,
     holds: Holds,
-    /// Of the measured load and the fitted one, and the mean square of what it leaves.
+    /// Correlation of the measured and the fitted load.
     correlation: f64,
+    /// Mean square of the residual.
     square: f64,
 }
 
-/// What is searched for, and in what.
+/// Measured load, and the program that it is searched in.
 struct Search<'a> {
     measured: &'a MeasuredLoad,
     timeline: &'a Timeline,
@@ -106,20 +107,20 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The best of these matches, each followed to its end, and of one before them.
-    fn best_of(&self, matches: Vec<(Clock, Match)>, before: Option<Tied>) -> Option<Tied> {
-        let follow = |found| tie(self.measured, self.timeline, self.slower, self.parts, found);
-        let tied: Vec<Tied> = matches.into_par_iter().filter_map(follow).collect();
-        let better = |stiffer: Tied, looser: Tied| {
-            if looser.square < (1.0 - LOOSER_PAYS) * stiffer.square { looser } else { stiffer }
+    /// The best of these matches after refinement, and of one refined before.
+    fn best_of(&self, matches: Vec<(Clock, Match)>, before: Option<Refined>) -> Option<Refined> {
+        let follow = |found| refine(self.measured, self.timeline, self.slower, self.parts, found);
+        let refined: Vec<Refined> = matches.into_par_iter().filter_map(follow).collect();
+        let better = |stiffer: Refined, looser: Refined| {
+            if looser.square < (1.0 - LOOSER_GAIN) * stiffer.square { looser } else { stiffer }
         };
-        before.into_iter().chain(tied).reduce(better)
+        before.into_iter().chain(refined).reduce(better)
     }
 
-    /// Matches of the load as it was fitted, on the machine that was found: the first ones knew neither.
-    fn matched_again(&self, tied: &Tied) -> Vec<(Clock, Match)> {
-        let state = &tied.state;
-        let measured = self.measured.without(&tied.holds);
+    /// Matches of the fitted load on the machine found.
+    fn matched_again(&self, refined: &Refined) -> Vec<(Clock, Match)> {
+        let state = &refined.state;
+        let measured = self.measured.without(&refined.holds);
         let fine = PredictedLoad::new(self.timeline, &state.clock, self.parts, state.lag_s, measured.span_s);
         let fitted = refitted(&measured, &fine, &state.walk.program_s(&measured.time_s));
         let Some((factors, _)) = fitted else { return Vec::new() };
@@ -133,7 +134,7 @@ impl Search<'_> {
     }
 }
 
-/// Matches that tell something new.
+/// Matches without repetitions.
 fn distinct(mut matches: Vec<(Clock, Match)>) -> Vec<(Clock, Match)> {
     let places = |found: &Match| found.program_s.iter().map(|t| t.to_bits()).collect::<Vec<u64>>();
     matches.dedup_by(|b, a| a.0.factor == b.0.factor && places(&a.1) == places(&b.1));
@@ -147,13 +148,13 @@ fn grid(measured: &MeasuredLoad) -> (f64, Vec<f64>) {
 }
 
 /// Refines a match.
-fn tie(
+fn refine(
     measured: &MeasuredLoad,
     timeline: &Timeline,
     slower: &[Slower],
     parts: &[Part],
     (clock, found): (Clock, Match),
-) -> Option<Tied> {
+) -> Option<Refined> {
     let holds = Holds::new(&found);
     let seen = matched(&found, &clock, &holds);
     let measured = measured.without(&holds);
@@ -162,7 +163,7 @@ fn tie(
     for (round, slope_s) in SLOPES_S.iter().enumerate() {
         let mut predicted = PredictedLoad::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
         if round == LAG_ROUND {
-            (state.lag_s, state.walk) = lagged(&measured, timeline, &state, parts);
+            (state.lag_s, state.walk) = best_lag(&measured, timeline, &state, parts);
             predicted = PredictedLoad::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
         }
         let seen = shifts(&measured, &predicted, &mut state, *slope_s)?;
@@ -186,7 +187,7 @@ fn tie(
     let predicted = PredictedLoad::new(timeline, &state.clock, parts, state.lag_s, measured.span_s);
     let square = squares(&measured, &predicted, &state.walk.program_s(&measured.time_s)) / measured.load.len() as f64;
     let correlation = agreement(&measured, &predicted, &state.walk);
-    Some(Tied { state, nats, holds, correlation, square })
+    Some(Refined { state, nats, holds, correlation, square })
 }
 
 /// The present alignment.
@@ -194,11 +195,11 @@ struct State {
     clock: Clock,
     walk: Drift,
     lag_s: f64,
-    /// Deviation of the residual.
+    /// Standard deviation of the residual.
     scale: f64,
 }
 
-/// For every stiffness the best machine and where its load was found.
+/// For every stiffness the best machine and its match.
 fn coarse(measured: &MeasuredLoad, timeline: &Timeline, slower: &[Slower], parts: &[Part]) -> Vec<(Clock, Match)> {
     let end = measured.time_s.last().copied().unwrap_or(0.0);
     let (step, on_grid) = grid(measured);
@@ -218,14 +219,14 @@ fn coarse(measured: &MeasuredLoad, timeline: &Timeline, slower: &[Slower], parts
         };
         let mut best: Option<(f64, Clock, Match)> = None;
         for tried in machines.iter().filter_map(miss_of) {
-            // A slower machine must fit clearly better; costs are in units of each match's own deviation and do not
-            // compare.
+            // A slower machine must fit clearly better. Compared by correlation, because each match has its own unit of
+            // cost.
             if best.as_ref().is_none_or(|(least, ..)| tried.0 < 0.9 * least) {
                 best = Some(tried);
             }
         }
         let mut best = best?;
-        // Between the machines that were tried a stiff match follows none.
+        // A stiff match cannot follow a machine between those tried: interpolate.
         let mut apart = NEXT_MACHINE;
         for _ in 0..if best.1.factor < 1.0 { BETWEEN } else { 0 } {
             apart = apart.sqrt();
@@ -238,7 +239,7 @@ fn coarse(measured: &MeasuredLoad, timeline: &Timeline, slower: &[Slower], parts
     distinct(STIFFNESS.par_iter().filter_map(best).collect())
 }
 
-/// Drift that a match shows, window by window.
+/// Observations of the drift by a match, one per window.
 fn matched(found: &Match, clock: &Clock, holds: &Holds) -> Vec<Observation> {
     let size = (WINDOW_S / found.step_s).ceil() as usize;
     let total = clock.total_s();
@@ -258,7 +259,7 @@ fn matched(found: &Match, clock: &Clock, holds: &Holds) -> Vec<Observation> {
         .collect()
 }
 
-/// Refits the parts of the load and lets every window observe its own shift.
+/// Refits the parts of the load and fits the shift of each window.
 fn shifts(
     measured: &MeasuredLoad,
     predicted: &PredictedLoad,
@@ -294,7 +295,7 @@ fn shifts(
     Some(seen)
 }
 
-/// δ of r ≈ c₀ + c·ŷ − δ·ŷ′ and its variance; `None` where the load has no edge.
+/// δ of r ≈ c₀ + c·ŷ − δ·ŷ′ and its variance; `None` if the load hardly changes in the window. Rows: r, ŷ′, ŷ, T.
 fn shift(rows: &[[f64; 4]], scale: f64) -> Option<(f64, f64)> {
     if rows.len() < 8 {
         return None;
@@ -306,12 +307,13 @@ fn shift(rows: &[[f64; 4]], scale: f64) -> Option<(f64, f64)> {
         normal += x * x.transpose();
         rhs += x * *r;
     }
-    // Levels that hardly vary have no factor of their own.
+    // Ridge terms, for windows with an almost constant load.
     normal[(1, 1)] += 10.0 * scale * scale / 0.04;
     normal[(2, 2)] += 1e-6;
     let inverse = normal.try_inverse()?;
     let found = inverse * rhs;
-    // What is left need not be white, nor as small as elsewhere: neighbours count together.
+    // The residual is autocorrelated, and its variance differs from window to window: robust variance with Bartlett
+    // weights (Newey and West 1987).
     let scores: Vec<f64> = rows
         .iter()
         .map(|[r, slope, level, _]| {
@@ -326,7 +328,7 @@ fn shift(rows: &[[f64; 4]], scale: f64) -> Option<(f64, f64)> {
     (variance.is_finite() && variance < 0.04).then_some((found[0], variance))
 }
 
-/// Factors on the parts at this alignment, and the deviation of what is left.
+/// Factors on the parts at this alignment, and the standard deviation of the residual.
 fn refitted(measured: &MeasuredLoad, predicted: &PredictedLoad, placed: &[f64]) -> Option<([f64; PARTS], f64)> {
     let inside: Vec<usize> = (0..placed.len()).filter(|i| placed[*i].is_finite()).collect();
     let used: Vec<usize> = (0..PARTS).filter(|b| predicted.parts[*b].iter().any(|x| *x != 0.0)).collect();
@@ -341,8 +343,8 @@ fn refitted(measured: &MeasuredLoad, predicted: &PredictedLoad, placed: &[f64]) 
     Some((factors, scale_of(&fit.residuals).max(0.002 * top).max(1e-9)))
 }
 
-/// The lag of the sensor that lowers the squares most, with the alignment it asks for.
-fn lagged(measured: &MeasuredLoad, timeline: &Timeline, state: &State, parts: &[Part]) -> (f64, Drift) {
+/// The lag of the sensor with the least squares, s, and the drift with it.
+fn best_lag(measured: &MeasuredLoad, timeline: &Timeline, state: &State, parts: &[Part]) -> (f64, Drift) {
     let moved = |by: f64| {
         let drift_s = state.walk.drift_s.iter().map(|d| d + by).collect();
         Drift { drift_s, ..state.walk.clone() }
@@ -353,7 +355,7 @@ fn lagged(measured: &MeasuredLoad, timeline: &Timeline, state: &State, parts: &[
         for k in 0..=8 {
             let by = -lag_s * f64::from(k) / 8.0;
             let squares = squares(measured, &predicted, &moved(by).program_s(&measured.time_s));
-            let pays = if lag_s > 0.0 { 1.0 - LAG_PAYS } else { 1.0 };
+            let pays = if lag_s > 0.0 { 1.0 - LAG_GAIN } else { 1.0 };
             if squares < best.0 * if best.1 == 0.0 { pays } else { 1.0 } {
                 best = (squares, lag_s, by);
             }
@@ -365,7 +367,7 @@ fn lagged(measured: &MeasuredLoad, timeline: &Timeline, state: &State, parts: &[
     (best.1, moved(best.2))
 }
 
-/// Squares that the best factors on the parts leave.
+/// Least squares over the factors on the parts.
 fn squares(measured: &MeasuredLoad, predicted: &PredictedLoad, placed: &[f64]) -> f64 {
     let (mut normal, mut rhs, mut whole) = (DMatrix::<f64>::zeros(PARTS, PARTS), DVector::<f64>::zeros(PARTS), 0.0);
     for (t, y) in placed.iter().zip(&measured.load) {

@@ -1,22 +1,21 @@
-//! Ties a log to the program by its load alone: with only time and a load, the predicted load must be found in the
-//! measured one.
+//! Finds a predicted load P in a measured one y by dynamic time warping. In: both on a grid of time. Out: [`Match`].
 //!
-//! Both are put on a grid of Δ. The lag d(t) = log time − program time is found by dynamic programming over the grid of
-//! lags: cost Σ ((y(t) − a − b·P(t − d))/s)² + λ per step of the lag + μ per hold (the program stands, whatever the
-//! load), robust in the residual (capped at 9), with a, b from robust regression at the present alignment, twice. Where
-//! nothing was measured (NaN) every lag is as good as any other, and a change of it is all that costs. Offset and
-//! stretch are read off the path; a change of feed override is a run of steps.
+//! The lag d(t) = log time − program time is found by dynamic programming (Viterbi) over a grid of lags. Cost: Σ
+//! min(((y(t) − a − b·P(t − d))/s)², 9) + λ per step of the lag + μ per hold (the program stands, at any load). a, b
+//! and s come from matching quantiles in the first round, and from robust regression at the present alignment in two
+//! more. Where nothing was measured (NaN) only changes of the lag cost. A change of feed override is a series of steps
+//! of the lag.
 
 use crate::learn::regress::linear::{Loss, robust};
 use crate::learn::regress::statistics::{correlation, scale_of};
 use nalgebra::DMatrix;
 
-/// MeasuredLoad load tied to the predicted one.
+/// A measured load aligned with the predicted one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Match {
     /// Program time of each measured grid point, s; NaN outside the program.
     pub program_s: Vec<f64>,
-    /// Whether something was measured there.
+    /// Was something measured there?
     pub known: Vec<bool>,
     /// Mean cost per grid point: about 1 for a perfect match.
     pub cost: f64,
@@ -26,16 +25,17 @@ pub struct Match {
     pub step_s: f64,
 }
 
+/// Cost of a step of the lag, λ. Judgement, like the other costs.
 const STEP_COST: f64 = 6.0;
-/// Cost of a hold, and of every grid point while it lasts: what the load of a machine is that is held nobody knows, but
-/// that it does not change.
+/// Cost of a hold, μ, and of every grid point in it: while the program is held the load is unknown, but it does not
+/// change.
 const HOLD_COST: f64 = 60.0;
-const HELD: f64 = 3.0;
+const HELD_COST: f64 = 3.0;
 const CAP: f64 = 9.0;
-/// Quantiles by which the loads are compared before it is known what belongs together, and the deviation then, as a
-/// share of that of the measured load.
+/// Number of quantiles by which the loads are compared in the first round, and s then, as a share of the standard
+/// deviation of the measured load.
 const RANKS: usize = 200;
-const ROOM: f64 = 0.3;
+const RANK_DEVIATION: f64 = 0.3;
 
 /// Matches `measured` to `predicted`, both on a grid of `step_s`, with lags up to `reach_s` either way beyond the
 /// difference in length; steps of the lag and holds cost `stiffness` times as much.
@@ -71,14 +71,14 @@ pub fn match_load(
     Some(Match { program_s, known: measured.iter().map(|y| y.is_finite()).collect(), cost, correlation, step_s })
 }
 
-/// Reading outside the program: the spindle stands.
+/// Reading outside the program, while the spindle stands: the 1 % quantile.
 fn measured_floor(measured: &[f64]) -> f64 {
     let mut sorted: Vec<f64> = measured.iter().copied().filter(|y| y.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     sorted[sorted.len() / 100]
 }
 
-/// y ≈ a + b P of the values in their order, wherever they belong, and a deviation that leaves room for what is not so.
+/// a, b of y ≈ a + b P between equal quantiles of the two loads, and s.
 fn by_rank(measured: &[f64], predicted: &[f64]) -> (f64, f64, f64) {
     let sorted = |values: &[f64]| {
         let mut known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
@@ -93,10 +93,10 @@ fn by_rank(measured: &[f64], predicted: &[f64]) -> (f64, f64, f64) {
         (0..RANKS).map(|k| (at(u, k) - mu) * (at(v, k) - mv)).sum::<f64>() / RANKS as f64
     };
     let b = (product(&y, my, &p, mp) / product(&p, mp, &p, mp).max(1e-18)).max(1e-9);
-    (my - b * mp, b, (ROOM * product(&y, my, &y, my).sqrt()).max(1e-9))
+    (my - b * mp, b, (RANK_DEVIATION * product(&y, my, &y, my).sqrt()).max(1e-9))
 }
 
-/// y ≈ a + b P at these lags, and the robust deviation.
+/// a, b of y ≈ a + b P at these lags by robust regression, and the robust standard deviation s.
 fn regression(measured: &[f64], predicted: &[f64], lags: &[i64]) -> Option<(f64, f64, f64)> {
     let pairs: Vec<(f64, f64)> = (0..measured.len())
         .filter_map(|i| {
@@ -112,7 +112,7 @@ fn regression(measured: &[f64], predicted: &[f64], lags: &[i64]) -> Option<(f64,
     Some((fit.coefficients[0], fit.coefficients[1].max(1e-9), scale_of(&fit.residuals).max(0.01 * top).max(1e-9)))
 }
 
-/// Cheapest path of lags. At every time the machine runs or is held: while it is held the lag grows with the time.
+/// The lags of least cost. At every time the machine runs or is held; while it is held the lag grows with time.
 fn viterbi(
     measured: &[f64],
     scaled: &[f64],
@@ -133,8 +133,8 @@ fn viterbi(
     };
     let mut runs: Vec<f64> = (0..states).map(|d| emission(0, d)).collect();
     let mut held = vec![f64::INFINITY; states];
-    // Running: 0 stays, 1 from one less (the machine is slower), 2 from one more, 3 from held. Held: 1 it was held
-    // before.
+    // Predecessor of a running state: 0 the same lag, 1 one less (the machine is slower), 2 one more, 3 held. Of a held
+    // state: 1 held, 0 running.
     let mut from = vec![[0u8; 2]; n * states];
     let (mut next_runs, mut next_held) = (runs.clone(), held.clone());
     for i in 1..n {
@@ -151,7 +151,7 @@ fn viterbi(
             next_runs[d] = best.0 + emission(i, d);
             let (begins, goes_on) =
                 if d > 0 { (runs[d - 1] + hold_cost, held[d - 1]) } else { (f64::INFINITY, f64::INFINITY) };
-            next_held[d] = begins.min(goes_on) + HELD + changes;
+            next_held[d] = begins.min(goes_on) + HELD_COST + changes;
             from[i * states + d] = [best.1, u8::from(goes_on <= begins)];
         }
         std::mem::swap(&mut runs, &mut next_runs);
@@ -169,7 +169,6 @@ fn viterbi(
             (false, 1) => d -= 1,
             (false, 2) => d += 1,
             (false, 3) => {
-                // It was held until the time before, at this lag.
                 is_held = true;
             }
             _ => {}
@@ -178,7 +177,7 @@ fn viterbi(
     (lags, total)
 }
 
-/// Correlation of both where they overlap.
+/// Correlation of both loads where they overlap.
 fn overlap(measured: &[f64], predicted: &[f64], program_s: &[f64], step_s: f64) -> f64 {
     let pairs: Vec<(f64, f64)> = measured
         .iter()

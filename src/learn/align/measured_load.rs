@@ -1,27 +1,27 @@
-//! The load of a log as it is searched for in a program. In: log, measured quantity. Out: at most some thousand points,
-//! or means over a grid; both keep away from gaps, of which nothing is known.
+//! The measured load for the alignment. In: log, measured quantity. Out: at most some thousand points, or means over a
+//! grid; neither averages over gaps.
 
 use crate::learn::align::holds::Holds;
 use crate::learn::log::Log;
 use crate::learn::log::gaps::gaps;
 
-/// Most measured points that are looked at.
+/// Most points of the measured load.
 const MOST_POINTS: f64 = 8000.0;
 
 /// The measured load, thinned.
 pub(in crate::learn) struct MeasuredLoad {
-    /// Middle of each point, s.
+    /// Time of each point, s.
     pub(in crate::learn) time_s: Vec<f64>,
-    /// Load there.
+    /// Load, unit of the reading.
     pub(in crate::learn) load: Vec<f64>,
-    /// Time over which a point is a mean, s.
+    /// Time over which each point is a mean, s.
     pub(in crate::learn) span_s: f64,
     /// Stretches in which nothing was measured: from, to, s.
     pub(in crate::learn) gaps: Vec<[f64; 2]>,
 }
 
 impl MeasuredLoad {
-    /// What was measured while the program went on, at the times less the holds.
+    /// The load without the holds, at running times ([`Holds::running_s`]).
     pub(in crate::learn) fn without(&self, holds: &Holds) -> Self {
         let inside = |t: f64| holds.0.iter().any(|(from, to)| t > *from && t < *to);
         let kept: Vec<usize> = (0..self.time_s.len()).filter(|i| !inside(self.time_s[*i])).collect();
@@ -34,7 +34,7 @@ impl MeasuredLoad {
     }
 }
 
-/// Means of a few readings each, never over a gap.
+/// The load as means of a few readings each, never over a gap.
 pub(in crate::learn) fn thinned(log: &Log, index: usize) -> Option<MeasuredLoad> {
     let values = &log.measured[index].1;
     let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
@@ -55,7 +55,7 @@ pub(in crate::learn) fn thinned(log: &Log, index: usize) -> Option<MeasuredLoad>
     (measured.load.len() >= 50).then_some(measured)
 }
 
-/// Means of the load over a grid, NaN in gaps; other steps without a reading take the value before.
+/// Means of the load over a grid, NaN in gaps; other steps without a reading have the value before.
 pub(in crate::learn) fn gridded(measured: &MeasuredLoad, step: f64) -> Vec<f64> {
     let count = (measured.time_s.last().copied().unwrap_or(0.0) / step) as usize + 1;
     let (mut sums, mut counts) = (vec![0.0; count], vec![0.0; count]);

@@ -1,10 +1,10 @@
-//! Ties the samples of a log to the program. In: log, timeline. Out: for every sample the predicted time of the program
-//! at which the machine is where it was, NaN where it is outside the program.
+//! Alignment of a log with its program. In: log, timeline. Out: for every sample the predicted program time at which
+//! the machine is at the same place, NaN outside the program.
 //!
-//! By position: the tool is followed along the path, never backwards, taking the nearest point within what it can have
-//! moved, the first of several that are as near, after a gap the one that the time which has passed speaks for;
-//! standing still is spread over the dwells and changes that belong there. By line: see [`line`];
-//! by load: see [`load`].
+//! By position: the tool is followed along the path, never backwards, to the nearest point within the distance that it
+//! can have moved; of several equally near points the first, after a gap the one that fits the elapsed time. Samples at
+//! which the tool stands still are spread over the dwells and tool changes at that place. By line: see [`line`]; by
+//! load: see [`load`].
 
 pub mod drift;
 pub mod frame;
@@ -20,15 +20,15 @@ use crate::learn::log::gaps::{longest_step, median_step};
 use crate::learn::program::timeline::{Activity, Spot, Timeline};
 use crate::path::Vec3;
 
-/// By what a log is tied to its program.
+/// What a log is aligned by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// By the positions of the axes.
+    /// Positions of the axes.
     #[default]
     Position,
-    /// By the lines that the control was in.
+    /// Line numbers of the control.
     Line,
-    /// By the measured load alone.
+    /// The measured load alone.
     Load,
 }
 
@@ -43,29 +43,30 @@ impl Method {
     }
 }
 
-/// How a log was tied.
+/// The alignment of a log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Aligned {
-    /// PredictedLoad program time of each sample, s; NaN outside.
+    /// Predicted program time of each sample, s; NaN outside.
     pub program_s: Vec<f64>,
-    /// By what.
+    /// What it was aligned by.
     pub method: Method,
-    /// Standard uncertainty of that time, s: of each sample, and their root mean square.
+    /// Standard uncertainty of the program time of each sample, s.
     pub sample_uncertainty_s: Vec<f64>,
-    /// See `sample_uncertainty_s`.
+    /// Median of these over the samples in the program, s.
     pub uncertainty_s: f64,
-    /// Share of the samples that could not be placed well.
+    /// Share of the samples off the path or on no line of the program; by load, 1 − correlation of measured and fitted
+    /// load.
     pub misfit: f64,
     /// Pauses: (time in the log, length), s.
     pub pauses: Vec<(f64, f64)>,
-    /// Acceleration over the declared one that the times of the blocks show, and by how many nats they prefer it.
+    /// Acceleration over the declared one that the times show, and its gain in log-likelihood, nats.
     pub acceleration: Option<(f64, f64)>,
 }
 
-/// Distance at which a position counts as off the path, mm.
+/// Distance at which a position counts as off the path, mm. Judgement.
 const OFF_PATH_MM: f64 = 1.0;
-/// What decides between points that are as near: mm for every mm that the tool would have moved, and after a gap for
-/// every second that it would be early or late.
+/// Penalty that decides between equally near points, mm: per mm that the tool would have moved; after a gap, per second
+/// that it would be early or late.
 const AHEAD: f64 = 1e-4;
 const EARLY_OR_LATE_MM_S: f64 = 1e-3;
 
@@ -113,8 +114,7 @@ struct NearestPlace {
     distance: f64,
 }
 
-/// Nearest point of the path from a spot and a share of it on; `expected_s`: where in the program it should be after a
-/// gap.
+/// Nearest point of the path from a place (spot and share of it) on; `expected_s`: program time expected after a gap.
 fn nearest(spots: &[Spot], (spot, share): (usize, f64), reach: f64, p: &Vec3, expected_s: Option<f64>) -> NearestPlace {
     let mut best = NearestPlace { spot, share, distance: f64::INFINITY };
     let (mut cost, mut ahead) = (f64::INFINITY, -share * spots[spot].length_mm);
@@ -141,7 +141,7 @@ fn nearest(spots: &[Spot], (spot, share): (usize, f64), reach: f64, p: &Vec3, ex
     best
 }
 
-/// Samples that stand still where the program waits are spread over the waiting.
+/// Spreads samples at which the tool stands still over the waiting of the program there.
 fn spread_standing(program_s: &mut [f64], log: &Log, timeline: &Timeline) {
     let n = program_s.len();
     let mut i = 0;
@@ -154,7 +154,7 @@ fn spread_standing(program_s: &mut [f64], log: &Log, timeline: &Timeline) {
         if j > i && waits > program_s[i] {
             let (from, to) = (log.time_s[i], log.time_s[j]);
             let begin = program_s[i];
-            // Waits take as long as they should; what is left belongs to their end.
+            // The log runs at the program's pace until the wait is over; the rest of the samples stay at its end.
             for (slot, time) in program_s[i..=j].iter_mut().zip(&log.time_s[i..=j]) {
                 let t = time - from;
                 *slot = begin + (t * ((waits - begin) / (to - from).max(1e-9)).max(1.0)).min(waits - begin - 1e-6);
@@ -164,7 +164,7 @@ fn spread_standing(program_s: &mut [f64], log: &Log, timeline: &Timeline) {
     }
 }
 
-/// End of the waiting that begins at a program time; the time itself when nothing waits there.
+/// End of the dwells, tool changes and run-ups that begin at a program time; the time itself if there are none.
 fn waiting_after(timeline: &Timeline, time_s: f64) -> f64 {
     let Some(mut k) = timeline.at(time_s) else { return time_s };
     if timeline.spots[k].end_s <= time_s + 1e-6 {
@@ -186,7 +186,7 @@ fn moves(points: &[Vec3]) -> Vec<bool> {
     (0..points.len()).map(|i| i > 0 && (points[i] - points[i - 1]).norm() > 1e-4).collect()
 }
 
-/// Samples before the first motion and after the last are outside, unless the program waits there.
+/// Places samples before the first motion and after the last outside, unless the program waits there.
 fn leave_ends(program_s: &mut [f64], moved: &[bool], timeline: &Timeline) {
     let n = program_s.len();
     let first = moved.iter().position(|m| *m).unwrap_or(n);
@@ -201,8 +201,8 @@ fn leave_ends(program_s: &mut [f64], moved: &[bool], timeline: &Timeline) {
     }
 }
 
-/// Uncertainty of the typical sample of the program: the median, so that a few that lie far from all that was observed,
-/// and weigh little, do not stand for the others.
+/// Median uncertainty of the samples in the program, s: a few samples far from all observations (with little weight) do
+/// not count.
 pub(in crate::learn) fn median_uncertainty(program_s: &[f64], sample_uncertainty_s: &[f64]) -> f64 {
     let mut placed: Vec<f64> =
         program_s.iter().zip(sample_uncertainty_s).filter(|(t, _)| t.is_finite()).map(|(_, s)| *s).collect();
@@ -213,7 +213,7 @@ pub(in crate::learn) fn median_uncertainty(program_s: &[f64], sample_uncertainty
     *placed.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// Seconds of the log over those of the program, from the first placed sample to the last.
+/// Log time over program time from the first placed sample to the last.
 pub fn stretch(aligned: &Aligned, log: &Log) -> f64 {
     let mut pairs = log.time_s.iter().zip(&aligned.program_s).filter(|(_, p)| p.is_finite()).map(|(t, p)| (*t, *p));
     let first = pairs.next().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The load that a program should take over time, in parts whose factors a log says. In: timeline, job, other
+//! The predicted load of a program over time, in parts whose factors are fitted to a log. In: timeline, job, other
 //! geometries, the clock of a machine, a lag. Out: [`PredictedLoad`], means over the span of a reading, on a grid of
 //! time.
 
@@ -11,50 +11,51 @@ use crate::machine::Job;
 use crate::machine::material::LinearEdge;
 use crate::units::watts_from_n_mm_s;
 
-/// Parts of a load: tare, cutting, edge, run-up; what other geometries add, and what an entry may.
+/// Number of parts of a load: tare, cutting, edge, run-up; changes by other geometries; an increase after entries.
 pub(in crate::learn) const PARTS: usize = 8;
-/// Those that a load always has.
-const SURE: usize = 4;
+/// The first four, which every load has.
+const CERTAIN: usize = 4;
 /// Factors on the parts before they are fitted.
 const BEFORE_FIT: [f64; PARTS] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-/// Way over which an entry may take more, mm.
+/// Path after an entry over which the load may be increased, mm. Judgement.
 const ENTRY_MM: f64 = 10.0;
 
-/// One spot's parts: the sure ones as they are, of the others what cutting adds per mm/s and what edges add.
-pub(in crate::learn) type Part = ([f64; SURE], [[f64; 2]; PARTS - SURE]);
+/// Parts of one spot: the four certain ones; of each other part, cutting per mm/s of feed and edge.
+pub(in crate::learn) type Part = ([f64; CERTAIN], [[f64; 2]; PARTS - CERTAIN]);
 
-/// Adds what the other geometries change, and what an entry may add: the load, falling to nothing over [`ENTRY_MM`].
-pub(in crate::learn) fn with_doubtful(parts: &mut [Part], known: &ProgramView) {
+/// Adds the changes by other geometries, and an increase after entries: the load itself, falling linearly to 0 over
+/// [`ENTRY_MM`].
+pub(in crate::learn) fn with_uncertain_parts(parts: &mut [Part], known: &ProgramView) {
     let mut since_mm = 0.0;
     for (k, (spot, (sure, more))) in known.timeline.spots.iter().zip(parts.iter_mut()).enumerate() {
         let Some(coefficients) = known.job.tool(spot.tool).map(|tool| declared_or_aluminium(known.job, tool)) else {
             continue;
         };
         let declared = of_cut(&coefficients, &spot.engaged, spot.rps);
-        for (slot, other) in more.iter_mut().zip(known.others.iter().take(PARTS - SURE - 1)) {
+        for (slot, other) in more.iter_mut().zip(known.others.iter().take(PARTS - CERTAIN - 1)) {
             let changed = of_cut(&coefficients, &other.engaged[k], spot.rps);
             *slot = [0, 1].map(|i| (changed[i] - declared[i]) / other.size);
         }
         let left = (1.0 - since_mm / ENTRY_MM).max(0.0);
-        more[PARTS - SURE - 1] = [sure[1] * left, sure[2] * left];
+        more[PARTS - CERTAIN - 1] = [sure[1] * left, sure[2] * left];
         since_mm = if spot.engaged.section_mm2 > 1e-6 { since_mm + spot.length_mm } else { 0.0 };
     }
 }
 
-/// Power of a cut: what cutting takes per mm/s, and edges.
+/// Power of a cut, W: cutting per mm/s of feed, and edge.
 fn of_cut(k: &LinearEdge, e: &Engaged, rps: f64) -> [f64; 2] {
     [watts_from_n_mm_s(k.k_tc) * e.section_mm2, watts_from_n_mm_s(k.k_te) * e.contact_mm2 * rps]
 }
 
-/// Parts of the load of every spot by the declared coefficients: tare, cutting per mm/s, edge, and what the mass of the
-/// spindle takes at the end of its run-up (in units of the tare).
+/// Parts of the load of every spot by the declared coefficients: tare, cutting per mm/s, edge, and the power that
+/// accelerates the spindle at the end of its run-up (in units of the tare).
 pub(in crate::learn) fn parts(timeline: &Timeline, job: &Job, force: bool) -> Vec<Part> {
-    let none = [[0.0; 2]; PARTS - SURE];
+    let none = [[0.0; 2]; PARTS - CERTAIN];
     timeline
         .spots
         .iter()
         .map(|spot| {
-            let Some(tool) = job.tool(spot.tool) else { return ([0.0; SURE], none) };
+            let Some(tool) = job.tool(spot.tool) else { return ([0.0; CERTAIN], none) };
             let k = declared_or_aluminium(job, tool);
             let e = &spot.engaged;
             if force {
@@ -70,7 +71,7 @@ pub(in crate::learn) fn parts(timeline: &Timeline, job: &Job, force: bool) -> Ve
         .collect()
 }
 
-/// PredictedLoad parts of the load over program time.
+/// The parts of the predicted load over program time.
 pub(in crate::learn) struct PredictedLoad {
     step_s: f64,
     pub(in crate::learn) parts: [Vec<f64>; PARTS],
@@ -95,8 +96,8 @@ impl PredictedLoad {
             let turning = if timeline.spots[k].activity == Activity::RunUp { share.clamp(0.0, 1.0) } else { 1.0 };
             let ([tare, cutting, edge, run_up], more) = parts[k];
             let mut now = [0.0; PARTS];
-            now[..SURE].copy_from_slice(&[tare * turning, cutting * speed, edge, run_up * turning]);
-            now[SURE..].iter_mut().zip(more).for_each(|(n, [cutting, edge])| *n = cutting * speed + edge);
+            now[..CERTAIN].copy_from_slice(&[tare * turning, cutting * speed, edge, run_up * turning]);
+            now[CERTAIN..].iter_mut().zip(more).for_each(|(n, [cutting, edge])| *n = cutting * speed + edge);
             for b in 0..PARTS {
                 level[b] = if lag_s > 0.0 { now[b] + keep * (level[b] - now[b]) } else { now[b] };
                 out[b].push(level[b]);
@@ -113,7 +114,7 @@ impl PredictedLoad {
         Self { factors, parts: self.parts.clone(), ..*self }
     }
 
-    /// Linear between the middles of the steps, nothing outside the program.
+    /// Part `b` at a time, linear between the middles of the steps, 0 outside the program.
     pub(in crate::learn) fn part(&self, b: usize, t: f64) -> f64 {
         let (part, at) = (&self.parts[b], t / self.step_s);
         if at < 0.0 || at >= part.len() as f64 {
@@ -169,7 +170,7 @@ fn smooth(values: &mut [f64], width: f64) {
 mod tests {
     use super::*;
 
-    /// A steady rise is its own mean, whatever the number of steps it is taken over.
+    /// The running mean of a linear rise is the rise itself.
     #[test]
     fn a_mean_over_any_width_stays_about_its_middle() {
         for width in [1.5, 2.0, 3.0, 4.35, 6.0] {

@@ -1,9 +1,9 @@
-//! What a calibration asks and answers: plain data.
+//! Options and result of a calibration: plain data.
 
 use crate::learn::regress::linear::Loss;
 use crate::learn::report::{Errors, Estimate};
 
-/// What a calibration answers.
+/// Result of a calibration.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Calibration {
     /// Model.
@@ -12,37 +12,37 @@ pub struct Calibration {
     pub tests: usize,
     /// Parameters with standard errors.
     pub parameters: Vec<Estimate>,
-    /// What follows from them, or was found beside them, and is no parameter of the force model.
+    /// Quantities that follow from the parameters or were found with them, such as runout.
     pub derived: Vec<Estimate>,
-    /// Tare, W, where the model has one.
+    /// Tare, W, if the model has one.
     pub tare: Option<f64>,
     /// Covariance of the parameters.
     pub covariance: Vec<Vec<f64>>,
     /// Condition number of the scaled columns.
     pub condition: f64,
-    /// Groups of parameters the tests cannot tell apart.
+    /// Groups of parameters that the tests cannot separate.
     pub indistinguishable: Vec<Vec<String>>,
-    /// Errors in sample.
+    /// Errors on the tests fitted.
     pub train: Errors,
-    /// Root mean square error of tests that the fit has not seen.
+    /// Root mean square error, leaving out one test at a time.
     pub leave_one_out_rmse: f64,
-    /// The same leaving whole set-ups out; `None` with a single one.
+    /// The same leaving out one set-up at a time; `None` with a single one.
     pub leave_set_up_out_rmse: Option<f64>,
-    /// Relative standard uncertainty of forces that follow from it.
+    /// Relative standard uncertainty of predicted forces.
     pub force_uncertainty: Option<f64>,
-    /// What was noticed.
+    /// Remarks for the user.
     pub notes: Vec<String>,
-    /// Why no model file should rest on it; empty: nothing speaks against one.
+    /// Reasons against writing a model file; empty: none.
     pub doubts: Vec<String>,
 }
 
 /// How a calibration is run.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct CalibrateOptions {
-    /// Tare, W, when it is known.
+    /// Tare, W, if it is known.
     pub known_tare_w: Option<f64>,
     /// Treatment of outliers.
     pub loss: Loss,
-    /// k_tc that the setup declares, where it has one, N/mm².
+    /// k_tc that the setup declares, N/mm².
     pub declared_k_tc: Option<f64>,
 }

@@ -1,10 +1,10 @@
-//! `learn --experiment`: the cut that separates rivals which explain a log equally well.
+//! `learn --experiment`: test cuts that separate confounded effects.
 //!
-//! In: job, data of the log, report with confounded effects. Each rival is fitted to the data beside the other effects
-//! found; then every programme of cuts on the list below is simulated, each rival predicts its readings with the
-//! coefficients that it had on the log, and the programme on which the predictions differ most, in root mean square
-//! over the whole run, is written. The run is taken to follow the log, with the same edge and a warm machine, on a
-//! fresh block. Out: [`Experiment`].
+//! In: job, data of the log, report with confounded effects. Each rival is fitted to the data together with the other
+//! effects found. Every series of cuts on the list below is simulated, and each rival predicts its readings with the
+//! coefficients from the log. The series on which the predictions differ most (root mean square over the whole run) is
+//! written. It is assumed to be run after the log, with the same edge and a warm machine, on a fresh block. Out:
+//! [`Experiment`].
 
 use crate::effects::{self, State};
 use crate::learn::align::{Aligned, Method};
@@ -27,7 +27,7 @@ use crate::learn::report::{Confounded, LearnReport};
 use crate::machine::wear::Lengths;
 use crate::machine::{Box3, Job, Tool};
 
-/// A programme of cuts on which rivals differ.
+/// Test cuts on which rivals differ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Experiment {
     /// Rivals, as in the report.
@@ -36,16 +36,16 @@ pub struct Experiment {
     pub what: String,
     /// NC program.
     pub program: String,
-    /// Root mean square difference of the predictions of the two that are closest, unit of the reading.
+    /// Root mean square difference of the predictions of the two closest rivals, unit of the reading.
     pub difference: f64,
-    /// Noise of the log, where it is known.
+    /// Noise floor of the log, if it is known.
     pub noise: Option<f64>,
 }
 
-/// Readings of the imagined run, per second.
+/// Readings per second of the simulated run.
 const RATE_HZ: f64 = 5.0;
 
-/// The programme that separates the first rivals of a report; `None` where there are none.
+/// Test cuts for the first group of confounded effects of a report; `None` if there is none.
 pub fn experiment(data: &Data, report: &LearnReport, job: &Job) -> Result<Option<Experiment>, DataError> {
     let laws = |group: &&Confounded| group.names.iter().filter(|name| effects::named(name).is_some()).count() > 1;
     let Some(confounded) = report.confounded.iter().find(laws) else { return Ok(None) };
@@ -73,7 +73,7 @@ pub fn experiment(data: &Data, report: &LearnReport, job: &Job) -> Result<Option
     best.map(Some).ok_or_else(|| DataError::Unfit("no programme of test cuts fits into the stock of the setup".into()))
 }
 
-/// Each rival fitted beside the other effects that were found.
+/// Each rival fitted together with the other effects found.
 pub fn rivals(data: &Data, report: &LearnReport, confounded: &Confounded) -> Vec<Fitted> {
     let Some(scaled) = whitened(data) else { return Vec::new() };
     let others: Vec<FittedEffect> =
@@ -93,7 +93,7 @@ pub fn difference(program: &str, rivals: &[Fitted], job: &Job, learned: &Data) -
     let force = learned.channel_names.iter().find(|name| name.starts_with("force"));
     let sample = force.map(|name| if name == MEAN_FORCE { Sample::Mean } else { Sample::Peak });
     let prepared = simulate_for(program.as_bytes(), job, sample, None).ok()?;
-    let mut data = imagined(&prepared, job, &learned.channel_names);
+    let mut data = data_without_readings(&prepared, job, &learned.channel_names);
     continue_after(&mut data, learned);
     let predicted: Vec<Vec<f64>> = rivals.iter().map(|r| predict(&data, &r.model)).collect();
     let between = |a: &[f64], b: &[f64]| {
@@ -103,8 +103,8 @@ pub fn difference(program: &str, rivals: &[Fitted], job: &Job, learned: &Data) -
     pairs.map(|(a, b)| between(&predicted[a], &predicted[b])).min_by(f64::total_cmp)
 }
 
-/// The data that a log of a program would give, its readings left at zero.
-fn imagined(prepared: &SimulatedProgram, job: &Job, channel_names: &[String]) -> Data {
+/// The data of a log of a program, with readings of 0.
+fn data_without_readings(prepared: &SimulatedProgram, job: &Job, channel_names: &[String]) -> Data {
     let count = (prepared.timeline().total_s() * RATE_HZ) as usize;
     let time_s: Vec<f64> = (0..count).map(|k| (k as f64 + 0.5) / RATE_HZ).collect();
     let known_name =
@@ -118,7 +118,7 @@ fn imagined(prepared: &SimulatedProgram, job: &Job, channel_names: &[String]) ->
     bin_log(&log, &aligned, &known, &channels(&log)).0
 }
 
-/// Time, sliding and volume go on where the log ended.
+/// Adds the time, sliding distance and volume at the end of the log.
 fn continue_after(data: &mut Data, learned: &Data) {
     let last = |of: fn(&State) -> f64| learned.state.iter().map(of).filter(|v| v.is_finite()).fold(0.0, f64::max);
     let (time, volume) = (last(|s| s.time_s), last(|s| s.volume_mm3));
@@ -130,7 +130,7 @@ fn continue_after(data: &mut Data, learned: &Data) {
     }
 }
 
-/// The programmes to choose from.
+/// The series of cuts to choose from.
 fn programmes(job: &Job, tool: &Tool, block: &Box3) -> Vec<(&'static str, Vec<Action>)> {
     let d = tool.diameter_mm;
     let rps = (0.6 * job.machine.spindle.max_rps).min(3.3e3 / (std::f64::consts::PI * d));

@@ -1,7 +1,7 @@
-//! Calibration of `layer` (Nishida, Eq. 1) on layers of a ball end ([`crate::learn::dataset::layers`]).
+//! Calibration of `layer` (Nishida, Eq. 1) from layers of a ball end ([`crate::learn::dataset::layers`]).
 
 use crate::learn::calibrate::calibration::{CalibrateOptions, Calibration};
-use crate::learn::calibrate::regression::{Problem, solved};
+use crate::learn::calibrate::regression::{Problem, regression};
 use crate::learn::dataset::layers::{Layer, TERMS, layers};
 use crate::learn::dataset::steady_table::SteadyRow;
 use crate::learn::log::columns::{DataError, Frame};
@@ -22,7 +22,7 @@ pub(in crate::learn) fn layer(
         y: layers.iter().map(|layer| layer.force_n / layer.thickness_mm).collect(),
         groups: (0..layers.len()).collect(),
     };
-    let mut result = solved("layer", &problem, options.loss)?;
+    let mut result = regression("layer", &problem, options.loss)?;
     result.notes.push("force per mm of height of a layer is fitted".into());
     Ok(result)
 }

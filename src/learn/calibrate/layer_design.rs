@@ -1,25 +1,27 @@
-//! Which cuts of a ball end tell the four coefficients of the layer model best. In: the ball, its declared coefficients, what force it
-//! and how much width the block allows. Out: steps of depth, two widths, and two feeds at each.
+//! Design of the test cuts of a ball end for the layer model. In: radius of the ball, declared coefficients, largest
+//! force, width of the block. Out: steps of depth, two widths, and two feeds at each.
 //!
-//! The columns of the fit are 1, L, t_m and L t_m. Where every width sees the same feeds, length of contact and chip grow together and
-//! the columns are almost one; a thin cut at high feeds beside a wide one at low feeds parts them. Of all designs from the candidates
-//! below that which has the least of the largest expected error is taken: the standard error of each coefficient, times the root mean
-//! square of its column, over the mean force of a layer, with readings that scatter by [`NOISE`] of their value. A layer is the
-//! difference of two readings, so its scatter is that of both; the fit weighs all layers alike.
+//! The columns of the fit are 1, L, t_m and L t_m (length of contact, largest chip). With the same feeds at every width
+//! L and t_m grow together and the columns are nearly collinear; a narrow cut at high feeds and a wide one at low feeds
+//! separate them. Among the candidates below the design of smallest worst-case error is chosen (minimax): the largest,
+//! over the coefficients, of standard error times root mean square of the column, over the mean force of a layer, with
+//! readings that scatter by [`NOISE`] of their value. The force of a layer is the difference of two readings and has
+//! the variance of both; the fit weights all layers equally.
 
 use crate::force::closed::ball_layer;
 use crate::machine::material::LinearEdge;
 use nalgebra::{Matrix4, Vector4};
 
-/// Noise that the stated errors of every plan assume.
+/// Relative noise of readings that the expected errors of every plan assume.
 pub(super) const NOISE: f64 = 0.03;
 
-/// Candidates, in radii of the ball. Widths up to half a radius are finishing and light roughing cuts; thinner ones than a fiftieth
-/// are no wider than runout and setting errors. Feeds per tooth from what still makes a chip to what coated carbide takes.
+/// Candidate widths and feeds per tooth, in radii of the ball. Widths up to half a radius are finishing and light
+/// roughing cuts; below a fiftieth, runout and setting errors are as large as the width. Feeds from the least that
+/// forms a chip to the highest for coated carbide. Judgement.
 const WIDTHS: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.3, 0.5];
 const FEEDS: [f64; 5] = [0.0025, 0.005, 0.01, 0.02, 0.03];
-/// Steps of depth and their number: both end at the equator, as walls are met there; few steps are large differences, many follow
-/// the outline.
+/// Number of steps of depth, and their size in radii: both end at the equator, where walls are cut. Few steps give
+/// large differences, many resolve the outline.
 const LADDERS: [(u32, f64); 2] = [(10, 0.1), (5, 0.2)];
 
 /// Two widths with two feeds at each, in steps of depth.
@@ -33,7 +35,7 @@ pub struct Design {
     pub feeds_mm: [[f64; 2]; 2],
 }
 
-/// What a shop can cut.
+/// Limits of the test cuts.
 #[derive(Debug, Clone, Copy)]
 pub struct Allowed {
     /// Largest force, N.
@@ -42,7 +44,7 @@ pub struct Allowed {
     pub width_mm: f64,
 }
 
-/// The design with the least of the largest error, and that error; `None`: nothing is allowed.
+/// The design of smallest worst-case error, and that error; `None` if no design is within the limits.
 pub fn best(ball_mm: f64, k: &LinearEdge, allowed: Allowed) -> Option<(Design, f64)> {
     let pairs = |n: usize| (0..n).flat_map(move |a| (a + 1..n).map(move |b| [a, b]));
     let mut found: Option<(Design, f64)> = None;
@@ -73,8 +75,9 @@ pub fn best(ball_mm: f64, k: &LinearEdge, allowed: Allowed) -> Option<(Design, f
     found
 }
 
-/// Layers of one width and feed: terms, force per mm of height, and the variance of that by the scatter of readings.
+/// Layers of one width and feed.
 struct Series {
+    /// Terms, force per mm of height, and the variance of that from the noise of the readings.
     layers: Vec<(Vector4<f64>, f64, f64)>,
     largest_n: f64,
 }
@@ -98,7 +101,7 @@ impl Series {
     }
 }
 
-/// Largest expected error; `None` where the columns cannot be told apart.
+/// Worst-case expected error; `None` if the columns are collinear.
 fn largest_error(chosen: &[&Series]) -> Option<f64> {
     let layers = || chosen.iter().flat_map(|series| &series.layers);
     let count = layers().count() as f64;
@@ -111,7 +114,7 @@ fn largest_error(chosen: &[&Series]) -> Option<f64> {
     let spread: Matrix4<f64> =
         layers().map(|(terms, _, variance)| scaled(terms) * scaled(terms).transpose() * *variance).sum();
     let covariance = inverse * spread * inverse;
-    // Scaled by the root mean square of the column: the share of the force that the error of a coefficient makes.
+    // Standard error times root mean square of the column, as a share of the force.
     let worst = (0..4).map(|j| covariance[(j, j)].max(0.0).sqrt()).fold(0.0, f64::max);
     Some(worst / count.sqrt() / mean_n)
 }
@@ -126,7 +129,7 @@ mod tests {
         LinearEdge { k_tc: 842.0, k_te: 15.2, ..LinearEdge::default() }
     }
 
-    /// The cuts that were proposed before: ten steps, widths 0.05 and 0.1 R, feeds 0.01 and 0.02 R at both.
+    /// Compared with a design of equal feeds: ten steps, widths 0.05 and 0.1 R, feeds 0.01 and 0.02 R at both.
     #[test]
     fn no_other_design_of_the_candidates_is_better_and_the_old_one_is_four_times_worse() {
         let k = edge();
@@ -137,7 +140,7 @@ mod tests {
             .into();
         let before = largest_error(&old.iter().collect::<Vec<_>>()).expect("an error");
         assert!(error < 0.25 * before, "{design:?}: {error}, before {before}");
-        // The thin cut takes the high feeds, the wide one the low.
+        // The narrow cut has the high feeds, the wide one the low.
         assert!(design.feeds_mm[0][1] > 2.0 * design.feeds_mm[1][1], "{design:?}");
     }
 

@@ -3,7 +3,7 @@
 
 use crate::force::closed::mean_force_factors;
 use crate::learn::calibrate::calibration::{CalibrateOptions, Calibration};
-use crate::learn::calibrate::regression::{Problem, solved};
+use crate::learn::calibrate::regression::{Problem, regression};
 use crate::learn::dataset::mean_forces::relative_to;
 use crate::learn::dataset::steady_table::SteadyRow;
 use crate::learn::log::columns::{DataError, Frame};
@@ -16,8 +16,8 @@ pub(in crate::learn) fn mean_force(
 ) -> Result<Calibration, DataError> {
     let (fx, fy) = (frame.needed("force_x_n")?, frame.needed("force_y_n")?);
     let used: Vec<usize> = (0..rows.len()).filter(|i| fx[*i].is_finite() && fy[*i].is_finite()).collect();
-    // Relative least squares: every component is divided by its measured magnitude, or a tenth of the resultant where
-    // it passes through zero.
+    // Relative least squares: every component is divided by its measured magnitude, but by no less than a tenth of the
+    // resultant.
     let line = |k: usize| {
         let (i, y) = (used[k / 2], k % 2 == 1);
         let measured = if y { fy[i] } else { fx[i] };
@@ -33,7 +33,7 @@ pub(in crate::learn) fn mean_force(
         y: (0..2 * used.len()).map(|k| line(k).1 * scale(k)).collect(),
         groups: (0..2 * used.len()).map(|k| k / 2).collect(),
     };
-    let mut result = solved("linear-edge", &problem, options.loss)?;
+    let mut result = regression("linear-edge", &problem, options.loss)?;
     result.tests = used.len();
     result.notes.push("errors are relative to each measured force; the held-out error leaves whole tests out".into());
     Ok(result)

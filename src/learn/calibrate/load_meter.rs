@@ -1,17 +1,17 @@
 //! `calibrate --reading "T1 peak 45% idle 8%"`: coefficients from a load meter read by eye while a program runs.
 //!
 //! In: one line per tool (peak and idle, in percent of the spindle's rated power, or W or kW), and the program's
-//! predicted power. A needle is slow and an eye is slower: what is read as peak is taken as the largest mean over a
-//! second, P₁. With the shape of the declared coefficients P₁ = s·P₁(declared), so that k_tc and k_te take the factor s
-//! and idle is the tare. Out: k_tc, k_te, tare with relative variances that add up from
-//! * the eye: 2 points of the scale (5 % of a reading in W) on peak and idle each;
-//! * the second: half of what the largest momentary power exceeds P₁ by;
-//! * the scale: 10 % for what 100 % means (continuous or short-time rating), not for readings in W;
-//! * the split: k_te/k_tc is not seen; with ln(k_te/k_tc) uncertain by 0.5 and e the edge's share of the power at the peak,
-//!   d ln k_tc = −e δ and d ln k_te = (1 − e) δ.
+//! predicted power. Needle and eye average over about a second: the peak is taken as the largest mean over a second,
+//! P₁. Both declared coefficients are scaled by s = P₁(read)/P₁(declared); idle is the tare. Out: k_tc, k_te, tare.
+//! Their relative variance is the sum of
+//! * reading: 2 points of the scale (5 % of a reading in W) on peak and idle each;
+//! * averaging: half of the relative excess of the largest momentary power over P₁;
+//! * scale: 10 % for the meaning of 100 % (continuous or short-time rating), not for readings in W;
+//! * ratio: k_te/k_tc is not determined; with ln(k_te/k_tc) uncertain by δ = 0.5 and e the edge's share of the power at
+//!   the peak, d ln k_tc = −e δ and d ln k_te = (1 − e) δ.
 //!
-//! Several tools in one material are averaged by their variances; where they scatter more than those say, the errors
-//! grow by that factor.
+//! Several tools in one material are averaged with weights 1/variance; if they scatter more than their variances
+//! explain, the errors are enlarged by that factor (Birge ratio).
 
 use crate::learn::calibrate::calibration::Calibration;
 use crate::learn::calibrate::power::RATIO_UNCERTAINTY;
@@ -24,7 +24,7 @@ use crate::machine::material::LinearEdge;
 use crate::machine::{Job, Shape};
 use crate::units::watts_from_n_mm_s;
 
-/// One line.
+/// One line of readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Tool.
@@ -37,14 +37,15 @@ pub struct Reading {
     pub percent: bool,
 }
 
-const EYE_POINTS: f64 = 2.0;
-const EYE_SHARE: f64 = 0.05;
-const SCALE: f64 = 0.10;
-const SPLIT: f64 = 0.5;
-/// Least difference of peak and idle worth anything, in errors of the eye.
-const LEAST: f64 = 2.0;
-/// What a needle and an eye average over, s.
-const SEEN_S: f64 = 1.0;
+/// The standard errors of the head of the file; all judgement.
+const EYE_ERROR_POINTS: f64 = 2.0;
+const EYE_ERROR_SHARE: f64 = 0.05;
+const SCALE_ERROR: f64 = 0.10;
+const SPLIT_ERROR: f64 = 0.5;
+/// Least difference of peak and idle, in reading errors. Judgement.
+const LEAST_DIFFERENCE: f64 = 2.0;
+/// Time over which needle and eye average, s. Judgement.
+const PEAK_MEAN_S: f64 = 1.0;
 
 /// Reads a line like `T1 peak 45% idle 8%` or `T2 peak 2.1 kW idle 300 W`.
 pub fn parse(text: &str) -> Result<Reading, DataError> {
@@ -73,8 +74,8 @@ pub fn parse(text: &str) -> Result<Reading, DataError> {
     Ok(Reading { tool, peak, idle, percent })
 }
 
-/// What one tool says.
-struct OfTool {
+/// Estimate from the readings of one tool.
+struct ToolEstimate {
     reading: Reading,
     k_tc: f64,
     k_te: f64,
@@ -88,16 +89,17 @@ struct OfTool {
 
 /// Coefficients from the readings of a program's tools.
 pub fn coefficients(readings: &[Reading], prepared: &SimulatedProgram, job: &Job) -> Result<Calibration, DataError> {
-    let found: Vec<OfTool> = readings.iter().map(|r| of_tool(*r, prepared, job)).collect::<Result<_, _>>()?;
-    let weight = |f: &OfTool| 1.0 / f.variance;
+    let found: Vec<ToolEstimate> =
+        readings.iter().map(|r| tool_estimate(*r, prepared, job)).collect::<Result<_, _>>()?;
+    let weight = |f: &ToolEstimate| 1.0 / f.variance;
     let whole: f64 = found.iter().map(weight).sum();
-    let average = |of: &dyn Fn(&OfTool) -> f64| found.iter().map(|f| weight(f) * of(f)).sum::<f64>() / whole;
+    let average = |of: &dyn Fn(&ToolEstimate) -> f64| found.iter().map(|f| weight(f) * of(f)).sum::<f64>() / whole;
     let (k_tc, k_te) = (average(&|f| f.k_tc.ln()).exp(), average(&|f| f.k_te.ln()).exp());
     let scatter = found.iter().map(|f| weight(f) * (f.k_tc / k_tc).ln().powi(2)).sum::<f64>();
     let grown = if found.len() > 1 { (scatter / (found.len() - 1) as f64).max(1.0) } else { 1.0 };
     let common = grown / whole;
     let e = average(&|f| f.edge_share);
-    let split = [-e * SPLIT, (1.0 - e) * SPLIT];
+    let split = [-e * SPLIT_ERROR, (1.0 - e) * SPLIT_ERROR];
     let k = [k_tc, k_te];
     let mut covariance = vec![vec![0.0; 3]; 3];
     for a in 0..2 {
@@ -112,17 +114,18 @@ pub fn coefficients(readings: &[Reading], prepared: &SimulatedProgram, job: &Job
         std_error,
         unit: unit.to_owned(),
     };
-    let own = |f: &OfTool| {
-        let error = (f.variance + (f.edge_share * SPLIT).powi(2)).sqrt();
+    let own = |f: &ToolEstimate| {
+        let error = (f.variance + (f.edge_share * SPLIT_ERROR).powi(2)).sqrt();
         value(&format!("k_tc of T{}", f.reading.tool), f.k_tc, f.k_tc * error, "N/mm²")
     };
     let mut notes = vec![
-        "peak taken as the largest mean over a second; errors: 2 points of the eye, 10 % of the scale, the second, and the unseen split of cutting and edge"
+        "peak taken as the largest mean over a second; errors: 2 points of reading, 10 % of the scale, averaging, and \
+         the unknown ratio of edge to cutting"
             .to_owned(),
     ];
     if grown > 1.0 {
         notes.push(format!(
-            "the tools scatter {:.1} times what their errors say: errors were grown by that",
+            "the tools scatter {:.1} times as much as their errors explain: errors were enlarged by that factor",
             grown.sqrt()
         ));
     }
@@ -147,7 +150,7 @@ pub fn coefficients(readings: &[Reading], prepared: &SimulatedProgram, job: &Job
     })
 }
 
-fn of_tool(reading: Reading, prepared: &SimulatedProgram, job: &Job) -> Result<OfTool, DataError> {
+fn tool_estimate(reading: Reading, prepared: &SimulatedProgram, job: &Job) -> Result<ToolEstimate, DataError> {
     let number = reading.tool;
     let missing = |what: String| DataError::Unfit(format!("T{number}: {what}"));
     let tool = job.tool(number).ok_or_else(|| missing("the setup has no such tool".into()))?;
@@ -161,22 +164,23 @@ fn of_tool(reading: Reading, prepared: &SimulatedProgram, job: &Job) -> Result<O
         let rated = rated.ok_or_else(|| {
             missing("a load in percent needs the power of the spindle: [machine.spindle] power, or read in W".into())
         })?;
-        (0.01 * rated, EYE_POINTS)
+        (0.01 * rated, EYE_ERROR_POINTS)
     } else {
-        (spindle.efficiency.at(reading.peak), EYE_SHARE * reading.peak)
+        (spindle.efficiency.at(reading.peak), EYE_ERROR_SHARE * reading.peak)
     };
     let difference = reading.peak - reading.idle;
     let eye = points * 2f64.sqrt();
-    if difference < LEAST * eye {
+    if difference < LEAST_DIFFERENCE * eye {
         return Err(missing(format!(
-            "peak {} and idle {} are closer than an eye can read (± {points:.3} each): they say nothing about the cut",
+            "peak {} and idle {} are closer than they can be read (± {points:.3} each): they do not show the load of \
+             the cut",
             reading.peak, reading.idle
         )));
     }
     let scale = unit_w * difference / peak.second_w;
-    let scale_error = if reading.percent { SCALE } else { 0.0 };
+    let scale_error = if reading.percent { SCALE_ERROR } else { 0.0 };
     let second = 0.5 * (peak.moment_w / peak.second_w - 1.0);
-    Ok(OfTool {
+    Ok(ToolEstimate {
         reading,
         k_tc: scale * k.k_tc,
         k_te: scale * k.k_te,
@@ -188,7 +192,7 @@ fn of_tool(reading: Reading, prepared: &SimulatedProgram, job: &Job) -> Result<O
     })
 }
 
-/// The heaviest second of a tool by the declared coefficients.
+/// The second of highest mean power of a tool, by the declared coefficients.
 struct Peak {
     /// Mean over the second, and largest momentary cutting power, W.
     second_w: f64,
@@ -209,17 +213,17 @@ fn peak(spots: &[Spot], tool: u32, k: &LinearEdge) -> Option<Peak> {
         let lasts = spot.end_s - spot.start_s;
         moment = moment.max(if lasts > 0.0 { power[0] + power[1] } else { 0.0 });
         (sums[0], sums[1]) = (sums[0] + power[0] * lasts, sums[1] + power[1] * lasts);
-        while spots[first].end_s < spot.end_s - SEEN_S {
+        while spots[first].end_s < spot.end_s - PEAK_MEAN_S {
             let (left, gone) = (&spots[first], parts(&spots[first]));
             let lasted = left.end_s - left.start_s;
             (sums[0], sums[1]) = (sums[0] - gone[0] * lasted, sums[1] - gone[1] * lasted);
             first += 1;
         }
-        // What the oldest spot still holds from before the second.
+        // The part of the oldest spot that lies before the second.
         let (oldest, old) = (&spots[first], parts(&spots[first]));
-        let too_much = (spot.end_s - SEEN_S - oldest.start_s).max(0.0);
+        let too_much = (spot.end_s - PEAK_MEAN_S - oldest.start_s).max(0.0);
         let energy = [sums[0] - old[0] * too_much, sums[1] - old[1] * too_much];
-        let second_w = (energy[0] + energy[1]) / SEEN_S;
+        let second_w = (energy[0] + energy[1]) / PEAK_MEAN_S;
         if second_w > best.as_ref().map_or(1e-9, |b| b.second_w) && spot.tool == tool {
             best =
                 Some(Peak { second_w, moment_w: 0.0, edge_share: energy[1] / (energy[0] + energy[1]), rps: spot.rps });

@@ -1,9 +1,10 @@
-//! Coefficients from steady cuts, from one record of forces, or from a load meter read by eye; and the programs of the
-//! cuts that would give them. In: a table, a record, readings, a job. Out: [`Calibration`], or an NC program.
+//! Cutting coefficients from steady cuts, from one record of forces, or from a load meter read by eye; and programs of
+//! test cuts. In: a table, a record, readings, a job. Out: [`Calibration`], or an NC program.
 //!
-//! A file a model: [`power`] (and `kienzle`), [`linear_edge`], [`layer`], [`response`], [`polynomial`], [`sigmoid`];
-//! all but the last are linear ([`regression`]). [`load_meter`] makes do with two readings of each tool. [`plan`]
-//! (layers of a ball by `layer_design`) and [`experiment`] choose test cuts, which [`test_program`] writes.
+//! One file for each model: [`power`] (and `kienzle`), [`linear_edge`], [`layer`], [`response`], [`polynomial`],
+//! [`sigmoid`]; all but the last are linear ([`regression`]). [`load_meter`] needs only two readings of each tool.
+//! [`plan`] (for layers of a ball end with `layer_design`) and [`experiment`] choose test cuts, which [`test_program`]
+//! writes.
 
 pub mod calibration;
 pub mod regression;
@@ -27,7 +28,7 @@ use crate::learn::log::quantity::OF_SPINDLE;
 use crate::learn::log::signal::readable;
 pub use calibration::{CalibrateOptions, Calibration};
 
-/// Fits `model` to a table. `to_shaft` turns a meter reading into power at the motor shaft.
+/// Fits `model` to a table. `to_shaft` converts a meter reading to power at the motor shaft.
 pub fn calibrate(
     frame: &Frame,
     rows: &[SteadyRow],
@@ -35,7 +36,7 @@ pub fn calibrate(
     options: CalibrateOptions,
     to_shaft: impl Fn(f64) -> f64,
 ) -> Result<Calibration, DataError> {
-    // Quantities that must change from cut to cut.
+    // These columns must not be constant.
     for name in OF_SPINDLE.map(|(name, ..)| name).into_iter().chain(["force_xy_n"]) {
         frame.numbers(name).map_or(Ok(()), |values| readable(name, &values))?;
     }
@@ -47,7 +48,7 @@ pub fn calibrate(
     }
     if result.tests <= result.parameters.len() && model != "polynomial" && frame.numbers("force_x_n").is_none() {
         result.doubts.push(format!(
-            "{} measurements for {} coefficients leave nothing to judge them by",
+            "{} measurements for {} coefficients leave no residual to judge them by",
             result.tests,
             result.parameters.len()
         ));

@@ -1,11 +1,12 @@
-//! `calibrate --plan`: the test cuts that a calibration needs, as an NC program, and how well they will tell the
+//! `calibrate --plan`: the test cuts that a calibration needs, as an NC program, with the expected errors of the
 //! coefficients.
 //!
-//! In: kind and job (tool, block, spindle, declared coefficients). Out: [`Plan`]. *power*: eight immersions (0.05 … 1
-//! D) by four feeds at half a diameter of depth, so that removal and contact rate vary apart; *mean-force*: an L9 of
-//! depth, width and feed, deepest first; *layer*: a ball end in steps of depth, two widths with two feeds at each, chosen by
-//! [`layer_design`](super::layer_design), so that the difference of two steps is the force of one layer. The conditioning is that of the fit itself: the
-//! cuts with readings by the declared coefficients and 3 % noise go through [`crate::learn::calibrate`].
+//! In: kind and job (tool, block, spindle, declared coefficients). Out: [`Plan`]. *power*: eight radial depths (0.05 …
+//! 1 D) with four feeds each at half a diameter of axial depth, so that removal rate and contact rate vary
+//! independently; *mean-force*: an L9 orthogonal array (Taguchi) of depth, width and feed, deepest first; *layer*: a
+//! ball end in steps of depth, two widths with two feeds each, chosen by [`layer_design`](super::layer_design); the
+//! difference of two steps is the force of one layer. Condition and expected errors are those of the calibration itself
+//! ([`crate::learn::calibrate`]), with readings by the declared coefficients and 3 % noise.
 
 use crate::force::closed::ball_layer;
 use crate::force::closed::mean_force_factors;
@@ -30,7 +31,7 @@ pub enum Kind {
     Power,
     /// k_tc, k_rc, k_te, k_re from mean forces.
     MeanForce,
-    /// Nishida's layer model of a ball end.
+    /// The layer model of a ball end (Nishida).
     Layer,
 }
 
@@ -45,25 +46,26 @@ pub struct TestCut {
     pub feed_per_tooth_mm: f64,
 }
 
-/// A programme of tests.
+/// Planned test cuts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Model that its results calibrate.
+    /// Model to be calibrated.
     pub model: &'static str,
     /// Measured cuts in order.
     pub cuts: Vec<TestCut>,
     /// NC program.
     pub program: String,
-    /// Table in the columns of `calibrate`, measured ones left empty.
+    /// Table in the columns of `calibrate`, those of the readings empty.
     pub table: String,
     /// Condition number that the fit will have.
     pub condition: f64,
-    /// The coefficients with the standard errors that readings with 3 % noise will leave.
+    /// Coefficients with the standard errors expected with 3 % noise.
     pub expected: Vec<Estimate>,
-    /// What was assumed.
+    /// Assumptions.
     pub notes: Vec<String>,
 }
 
+/// Radial depths, diameters, in an order that does not correlate with time; feeds as shares of the largest.
 const IMMERSIONS: [f64; 8] = [0.4, 0.1, 0.75, 0.3, 1.0, 0.2, 0.5, 0.05];
 const FEED_LEVELS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 /// Levels of (feed, width) for each depth, deepest first: an orthogonal array.
@@ -90,14 +92,14 @@ pub fn plan(kind: Kind, job: &Job) -> Result<Plan, DataError> {
     })?;
     let k = declared_or_aluminium(job, tool);
     let rps = speed(job, tool, &k);
-    let bench = Bench { job, tool, block: block(job)?, k, rps };
+    let planner = Planner { job, tool, block: block(job)?, k, rps };
     let (model, cuts, actions) = match kind {
-        Kind::Power => bench.power()?,
-        Kind::MeanForce => bench.mean_force(),
-        Kind::Layer => bench.layer()?,
+        Kind::Power => planner.power()?,
+        Kind::MeanForce => planner.mean_force(),
+        Kind::Layer => planner.layer()?,
     };
-    let measured_cuts = if kind == Kind::Power { bench.with_air(&actions) } else { cuts.clone() };
-    let (condition, expected) = conditioning(&bench, kind, model, &measured_cuts)?;
+    let measured_cuts = if kind == Kind::Power { planner.with_air(&actions) } else { cuts.clone() };
+    let (condition, expected) = conditioning(&planner, kind, model, &measured_cuts)?;
     let mut notes = vec![format!(
         "T{} at {:.0} rev/min: check that speed, depth and feeds suit tool, material and clamping before you run it",
         tool.number,
@@ -112,12 +114,13 @@ pub fn plan(kind: Kind, job: &Job) -> Result<Plan, DataError> {
         format!("expected at {:.0} % noise: {}", 100.0 * NOISE, stated.collect::<Vec<_>>().join(", ")),
     ];
     title.extend(notes.iter().cloned());
-    let program = program(&title, &actions, tool, &bench.block)?;
-    let table = table_text(&bench, kind, &measured_cuts, |_| vec![String::new(); measured(kind).len()]);
+    let program = program(&title, &actions, tool, &planner.block)?;
+    let table = table_text(&planner, kind, &measured_cuts, |_| vec![String::new(); measured_columns(kind).len()]);
     Ok(Plan { model, cuts, program, table, condition, expected, notes })
 }
 
-/// 200 m/min in soft materials, 100 m/min in others, within the spindle.
+/// Spindle speed, rev/s: 200 m/min if k_tc < 1200 N/mm² (soft materials), else 100 m/min, within the range of the
+/// spindle. Judgement.
 fn speed(job: &Job, tool: &Tool, k: &LinearEdge) -> f64 {
     let m_min = if k.k_tc < 1200.0 { 200.0 } else { 100.0 };
     let rpm = (m_min * 1000.0 / (PI * tool.diameter_mm)).min(rpm_from_rps(job.machine.spindle.max_rps));
@@ -132,7 +135,7 @@ pub(in crate::learn) fn block(job: &Job) -> Result<Box3, DataError> {
     }
 }
 
-struct Bench<'a> {
+struct Planner<'a> {
     job: &'a Job,
     tool: &'a Tool,
     block: Box3,
@@ -142,7 +145,7 @@ struct Bench<'a> {
 
 type Cuts = (&'static str, Vec<TestCut>, Vec<Action>);
 
-impl Bench<'_> {
+impl Planner<'_> {
     fn feed_mm_s(&self, per_tooth_mm: f64) -> f64 {
         per_tooth_mm * f64::from(self.tool.flutes) * self.rps
     }
@@ -163,7 +166,7 @@ impl Bench<'_> {
         let (mut cuts, mut actions) = (Vec::new(), vec![self.air()]);
         for (k, immersion) in IMMERSIONS.iter().enumerate() {
             let mut feeds = FEED_LEVELS.map(|level| level * largest);
-            // Every other pass runs its feeds backwards, so that feed is not the place along X.
+            // Every other pass has its feeds in reverse order, so that feed and position in X are not correlated.
             if k % 2 == 1 {
                 feeds.reverse();
             }
@@ -178,7 +181,7 @@ impl Bench<'_> {
         Ok(("power", cuts, actions))
     }
 
-    /// Everything that a log of the power tests measures: the cuts, and the ways in air, to and fro, for the tare.
+    /// All steady cuts that a log of the power tests has: the test cuts, and the passes in air for the tare.
     fn with_air(&self, actions: &[Action]) -> Vec<TestCut> {
         let cut = |axial_mm: f64, radial_mm: f64, feed_mm_s: f64| {
             let feed_per_tooth_mm = feed_mm_s / self.feed_mm_s(1.0);
@@ -192,7 +195,7 @@ impl Bench<'_> {
         actions.iter().flat_map(of).collect()
     }
 
-    /// Half a diameter, or less where the spindle cannot.
+    /// Axial depth, mm: half a diameter, or less if flute length, block or spindle power require it.
     fn depth_within_power(&self, feed_per_tooth_mm: f64) -> Result<f64, DataError> {
         let d = self.tool.diameter_mm;
         let height = self.block.max.z - self.block.min.z;
@@ -221,12 +224,12 @@ impl Bench<'_> {
             feed_per_tooth_mm: feeds[*feed],
         };
         let cuts: Vec<TestCut> = L9.iter().map(cut).collect();
-        let passes = cuts.iter().map(|c| self.noted(c));
+        let passes = cuts.iter().map(|c| self.noted_pass(c));
         let actions = std::iter::once(self.air()).chain(passes).chain([self.air()]).collect();
         ("linear-edge", cuts, actions)
     }
 
-    fn noted(&self, c: &TestCut) -> Action {
+    fn noted_pass(&self, c: &TestCut) -> Action {
         let note = format!("CUT AP {:.3} AE {:.3}", c.axial_mm, c.radial_mm);
         self.pass(c.axial_mm, c.radial_mm, &[c.feed_per_tooth_mm], note)
     }
@@ -240,7 +243,8 @@ impl Bench<'_> {
         };
         let (design, _) = best(r, &self.k, allowed).ok_or_else(|| {
             DataError::Unfit(
-                "no layer cuts are within limits.force_xy and the block of the setup: the block is too small, or the limit too low"
+                "no layer cuts are within limits.force_xy and the block of the setup: the block is too small, or the \
+                 limit too low"
                     .into(),
             )
         })?;
@@ -248,7 +252,7 @@ impl Bench<'_> {
         let lowest = design.feeds_mm.as_flattened().iter().copied().fold(f64::INFINITY, f64::min);
         for step in 1..=design.steps.0 {
             let axial_mm = design.steps.1 * f64::from(step);
-            // The groove that the measured passes widen; at the edge of the block first, then in its own place, deeper.
+            // The groove that the measured passes widen: first at the edge of the block, then deeper at the same place.
             let into = if step == 1 { r } else { 0.0 };
             actions.push(self.pass(axial_mm, into, &[lowest], "GROOVE".into()));
             for (radial_mm, feeds) in design.widths_mm.into_iter().zip(design.feeds_mm) {
@@ -261,7 +265,7 @@ impl Bench<'_> {
     }
 }
 
-fn measured(kind: Kind) -> &'static [&'static str] {
+fn measured_columns(kind: Kind) -> &'static [&'static str] {
     match kind {
         Kind::Power => &["spindle_power_w"],
         Kind::MeanForce => &["force_x_n", "force_y_n"],
@@ -270,18 +274,18 @@ fn measured(kind: Kind) -> &'static [&'static str] {
 }
 
 /// The cuts as a table; `readings` gives the measured cells of each.
-fn table_text(bench: &Bench, kind: Kind, cuts: &[TestCut], readings: impl Fn(usize) -> Vec<String>) -> String {
+fn table_text(planner: &Planner, kind: Kind, cuts: &[TestCut], readings: impl Fn(usize) -> Vec<String>) -> String {
     let mut text = format!(
         "order,group,tool,spindle_rpm,feed_per_tooth_mm,axial_depth_mm,radial_depth_mm,side,{}\n",
-        measured(kind).join(",")
+        measured_columns(kind).join(",")
     );
     for (k, c) in cuts.iter().enumerate() {
         text += &format!(
             "{},{:.3},{},{:.0},{:.5},{:.4},{:.4},down,{}\n",
             k + 1,
             c.radial_mm,
-            bench.tool.number,
-            rpm_from_rps(bench.rps),
+            planner.tool.number,
+            rpm_from_rps(planner.rps),
             c.feed_per_tooth_mm,
             c.axial_mm,
             c.radial_mm,
@@ -291,36 +295,41 @@ fn table_text(bench: &Bench, kind: Kind, cuts: &[TestCut], readings: impl Fn(usi
     text
 }
 
-/// Condition number and expected errors: the fit of the cuts with readings by the declared coefficients and noise.
-fn conditioning(bench: &Bench, kind: Kind, model: &str, cuts: &[TestCut]) -> Result<(f64, Vec<Estimate>), DataError> {
+/// Condition number and expected errors, by calibrating on readings from the declared coefficients with noise.
+fn conditioning(
+    planner: &Planner,
+    kind: Kind,
+    model: &str,
+    cuts: &[TestCut],
+) -> Result<(f64, Vec<Estimate>), DataError> {
     let tool = TableTool {
-        number: bench.tool.number,
-        diameter_mm: bench.tool.diameter_mm,
-        flutes: bench.tool.flutes,
-        shape: bench.tool.shape,
+        number: planner.tool.number,
+        diameter_mm: planner.tool.diameter_mm,
+        flutes: planner.tool.flutes,
+        shape: planner.tool.shape,
     };
-    let blank = table_text(bench, kind, cuts, |_| vec![String::new(); measured(kind).len()]);
+    let blank = table_text(planner, kind, cuts, |_| vec![String::new(); measured_columns(kind).len()]);
     let planned = rows(&read(blank.as_bytes(), &[])?, &[tool])?;
     let mut chance = Chance::new(1);
     let mut normal = || (0..12).map(|_| chance.unit()).sum::<f64>() - 6.0;
     let cells: Vec<Vec<String>> = planned
         .iter()
-        .map(|row| readings(bench, kind, row).iter().map(|y| (y * (1.0 + NOISE * normal())).to_string()).collect())
+        .map(|row| readings(planner, kind, row).iter().map(|y| (y * (1.0 + NOISE * normal())).to_string()).collect())
         .collect();
-    let filled = table_text(bench, kind, cuts, |k| cells[k].clone());
+    let filled = table_text(planner, kind, cuts, |k| cells[k].clone());
     let frame = read(filled.as_bytes(), &[])?;
     let result = calibrate(&frame, &planned, model, CalibrateOptions::default(), |y| y)?;
     Ok((result.condition, result.parameters))
 }
 
-/// What a cut reads by the declared coefficients.
-fn readings(bench: &Bench, kind: Kind, row: &SteadyRow) -> Vec<f64> {
-    let k = &bench.k;
+/// Readings of a cut by the declared coefficients.
+fn readings(planner: &Planner, kind: Kind, row: &SteadyRow) -> Vec<f64> {
+    let k = &planner.k;
     match kind {
         Kind::Power => {
             let r = row_rates(row, true);
             let cutting_w = watts_from_n_mm_s(k.k_tc * r.removal_rate_mm3_s + k.k_te * r.contact_rate_mm2_s);
-            vec![bench.job.machine.spindle.tare_w.at(bench.rps) + cutting_w]
+            vec![planner.job.machine.spindle.tare_w.at(planner.rps) + cutting_w]
         }
         Kind::MeanForce => {
             let of = |y: bool| {
@@ -332,12 +341,12 @@ fn readings(bench: &Bench, kind: Kind, row: &SteadyRow) -> Vec<f64> {
             };
             vec![of(false), of(true)]
         }
-        Kind::Layer => vec![layered_force(bench, row)],
+        Kind::Layer => vec![layered_force(planner, row)],
     }
 }
 
-/// Force of a ball end by layers: the resultant of the linear edge model per mm of height in every layer.
-fn layered_force(bench: &Bench, row: &SteadyRow) -> f64 {
+/// Force of a ball end, N: sum over 50 layers of (k_tc t_m + k_te)·dz.
+fn layered_force(planner: &Planner, row: &SteadyRow) -> f64 {
     let c = &row.cut;
     let fz = c.feed_mm_s / (f64::from(c.flutes) * c.rps);
     let layers = 50;
@@ -345,7 +354,7 @@ fn layered_force(bench: &Bench, row: &SteadyRow) -> f64 {
     let force = |k: u32| {
         let height = (f64::from(k) + 0.5) * dz;
         let (_, chip) = ball_layer(0.5 * c.diameter_mm, height, c.radial_depth_mm, fz);
-        (bench.k.k_tc * chip + bench.k.k_te) * dz
+        (planner.k.k_tc * chip + planner.k.k_te) * dz
     };
     (0..layers).map(force).sum()
 }

@@ -1,7 +1,8 @@
-//! The polynomial model of Niu, Wang, Zhao, Huang: K_t and K_r as polynomials in a_p, f_t, a_e (mm) and n (rev/min).
+//! Calibration of `polynomial` (Niu, Wang, Zhao, Huang): K_t and K_r, N/mm², as polynomials in a_p, f_t, a_e (mm) and n
+//! (rev/min).
 //!
-//! Each test gives its own (K_t, K_r) by inverting the 2 × 2 system of its mean forces; the polynomials are regressed
-//! on those. Of the eleven terms only the subset is kept that predicts left-out tests best, grown one term at a time.
+//! (K_t, K_r) of each test follow from its mean forces by a 2 × 2 system; the polynomials are fitted to them. Of the
+//! eleven terms a subset is selected forward, one term at a time, by the error on tests left out.
 
 use crate::force::closed::mean_force_factors;
 use crate::learn::calibrate::calibration::Calibration;
@@ -35,7 +36,7 @@ pub fn terms(row: &SteadyRow) -> [f64; 11] {
     [1.0, ap, ft, ae, ap * ap, ft * ft, ae * ae, ap * n, ap * ft, ap * ae, ft * ae]
 }
 
-/// Inverts, selects, regresses.
+/// Calibration from a table with mean forces F_x and F_y.
 pub fn calibrate(frame: &Frame, rows: &[SteadyRow]) -> Result<Calibration, DataError> {
     let (fx, fy) = (frame.needed("force_x_n")?, frame.needed("force_y_n")?);
     let solved: Vec<Option<[f64; 2]>> = (0..rows.len()).map(|i| inverted(&rows[i], fx[i], fy[i])).collect();
@@ -47,7 +48,8 @@ pub fn calibrate(frame: &Frame, rows: &[SteadyRow]) -> Result<Calibration, DataE
     let mut result = Calibration { model: "polynomial".into(), tests: tests.len(), ..Calibration::default() };
     if tests.len() <= TERMS.len() {
         result.notes.push(format!(
-            "refused: {} terms cannot be identified from {} tests; the subset that leaving one test out supports is used",
+            "refused: {} terms cannot be identified from {} tests; the subset that leaving one test out supports is \
+             used",
             TERMS.len(),
             tests.len()
         ));
@@ -81,7 +83,7 @@ pub fn calibrate(frame: &Frame, rows: &[SteadyRow]) -> Result<Calibration, DataE
     Ok(result)
 }
 
-/// Terms grown one at a time while the error of left-out tests falls by more than two percent.
+/// Terms added one at a time while the error on tests left out falls by more than 2 %, with the fit.
 fn subset(all: &[[f64; 11]], y: &[f64]) -> Option<(Vec<usize>, Fit)> {
     let fit_of = |chosen: &[usize]| {
         let x = DMatrix::from_fn(y.len(), chosen.len(), |i, j| all[i][chosen[j]]);
@@ -89,7 +91,7 @@ fn subset(all: &[[f64; 11]], y: &[f64]) -> Option<(Vec<usize>, Fit)> {
     };
     let mut chosen = vec![0];
     let mut best = fit_of(&chosen)?;
-    // A fit needs tests to spare, or leaving one out says nothing.
+    // Leaving one test out needs more tests than terms.
     while chosen.len() + 2 < y.len() {
         let trials = (1..TERMS.len()).filter(|j| !chosen.contains(j)).filter_map(|j| {
             let grown: Vec<usize> = chosen.iter().copied().chain([j]).collect();

@@ -1,9 +1,9 @@
-//! Calibration from the spindle: `power` (Xu, Jerard, Fussell, Eq. 3.7), P = tare + (k_tc Q + k_te A)·1e-3 W with Q the
-//! removal rate and A the contact rate, and `kienzle`, P = tare + k_c11·Q·h^(−m)·1e-3 W with h = Q/A and m by golden
-//! section.
+//! Calibration from spindle power: `power` (Xu, Jerard, Fussell, Eq. 3.7), P = tare + (k_tc Q + k_te A)·1e-3 W with
+//! removal rate Q, mm³/s, and contact rate A, mm²/s; and `kienzle`, P = tare + k_c11·Q·h^(−m)·1e-3 W with h = Q/A, mm,
+//! and m by golden section.
 
 use crate::learn::calibrate::calibration::{CalibrateOptions, Calibration};
-use crate::learn::calibrate::regression::{Problem, groups, solved};
+use crate::learn::calibrate::regression::{Problem, groups, regression};
 use crate::learn::dataset::steady_table::{SteadyRow, measured_quantity, row_rates};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::Quantity;
@@ -12,7 +12,7 @@ use crate::learn::report::Estimate;
 use crate::numeric::golden_section;
 use nalgebra::DMatrix;
 
-/// Share of a regression's variance: normal coefficients from Xu's ratios are uncertain by this much (flat, ball).
+/// Relative uncertainty of forces whose radial coefficients follow from Xu's ratios: flat, ball end mills.
 pub(in crate::learn) const RATIO_UNCERTAINTY: [f64; 2] = [0.16, 0.30];
 
 pub(in crate::learn) fn power(
@@ -64,12 +64,13 @@ pub(in crate::learn) fn power(
             .collect(),
         groups: groups(rows, &used),
     };
-    let mut result = solved("power", &problem, options.loss)?;
+    let mut result = regression("power", &problem, options.loss)?;
     result.tare = tare.or_else(|| result.parameters.iter().find(|p| p.name == "tare").map(|p| p.value));
     let ball = rows.first().is_some_and(|row| row.cut.shape == crate::machine::Shape::Ball);
     result.force_uncertainty = Some(RATIO_UNCERTAINTY[usize::from(ball)]);
     result.notes.push(
-        "normal coefficients by the ratios K_nc/K_tc = 0.395 and K_ne/K_te = 0.566 (Xu and others; 0.7 is conservative) until forces are measured"
+        "normal coefficients by the ratios K_nc/K_tc = 0.395 and K_ne/K_te = 0.566 (Xu and others; 0.7 is \
+         conservative) until forces are measured"
             .into(),
     );
     Ok(result)
@@ -85,7 +86,7 @@ pub(in crate::learn) fn kienzle(
     let cost = |m: f64| at(m).map_or(f64::INFINITY, |c| c.train.rmse);
     let (m, _) = golden_section(cost, 0.0, 0.9, 1e-9);
     let mut result = at(m)?;
-    // Curvature of the squares along m, the other parameters refitted.
+    // Standard error of m from the curvature of the squares along m, the other parameters refitted.
     let (step, squares) = (0.01, |m: f64| cost(m).powi(2) * result.tests as f64);
     let bend = (squares(m + step) - 2.0 * squares(m) + squares(m - step)) / (step * step);
     let freedom = result.tests.saturating_sub(result.parameters.len() + 1).max(1) as f64;

@@ -1,6 +1,6 @@
-//! A calibration as a linear regression on columns that mechanics give. In: columns, readings, set-ups. Out:
-//! [`Calibration`] with errors in sample and leaving tests or set-ups out. Cutting and edge coefficients are not
-//! negative: where the free answer is, it is solved again within that bound.
+//! A calibration as a linear regression. In: columns from the mechanics of cutting, readings, set-ups. Out:
+//! [`Calibration`] with errors on the tests fitted and with tests or set-ups left out. Cutting and edge coefficients
+//! are not negative: if the unconstrained solution has a negative one, the problem is solved again with bounds.
 
 use crate::learn::calibrate::calibration::Calibration;
 use crate::learn::dataset::errors::errors;
@@ -13,13 +13,17 @@ use crate::learn::report::Estimate;
 use crate::schedule::cone::bounded_least_squares;
 use nalgebra::{DMatrix, DVector};
 
-/// A regression: names, units, columns, target, groups.
+/// A linear regression.
 pub(in crate::learn) struct Problem {
+    /// Names and units of the parameters.
     pub(in crate::learn) names: Vec<(String, String)>,
-    /// True for parameters that physics keeps from being negative.
+    /// Parameters that must not be negative.
     pub(in crate::learn) positive: Vec<bool>,
+    /// Columns.
     pub(in crate::learn) x: DMatrix<f64>,
+    /// Readings.
     pub(in crate::learn) y: Vec<f64>,
+    /// Set-up of each reading.
     pub(in crate::learn) groups: Vec<usize>,
 }
 
@@ -27,7 +31,7 @@ pub(in crate::learn) fn groups(rows: &[SteadyRow], used: &[usize]) -> Vec<usize>
     numbered(used.iter().map(|i| rows[*i].group.as_str())).0
 }
 
-pub(in crate::learn) fn solved(model: &str, problem: &Problem, loss: Loss) -> Result<Calibration, DataError> {
+pub(in crate::learn) fn regression(model: &str, problem: &Problem, loss: Loss) -> Result<Calibration, DataError> {
     let n = problem.y.len();
     let p = problem.names.len();
     if n < p {
@@ -72,7 +76,7 @@ pub(in crate::learn) fn solved(model: &str, problem: &Problem, loss: Loss) -> Re
     })
 }
 
-/// The free answer, or the best within the bounds of physics where it leaves them.
+/// The unconstrained solution, or the one with bounds if that has a negative coefficient that must not be; with a note.
 fn within_bounds(problem: &Problem, fit: &Fit) -> Result<(Vec<f64>, Vec<String>), DataError> {
     let negative: Vec<usize> =
         (0..problem.names.len()).filter(|j| problem.positive[*j] && fit.coefficients[*j] < 0.0).collect();

@@ -1,19 +1,21 @@
-//! Calibration of `response` (Kakino, Ibaraki) on the whole depth: F = β₀ + β₁X₁ + β₂X₂ + β₁₁X₁² + β₂₂X₂² + β₁₂X₁X₂, where X₁ is the
-//! length of contact L and X₂ the largest chip t_m, each from −1 to 1 over the table: X = (x − middle) / half range. The model
-//! file has the same polynomial in mm: F = b₀ + b_l L + b_t t_m + b_ll L² + b_tt t_m² + b_lt L t_m.
+//! Calibration of `response` (response surface; Kakino, Ibaraki): F = β₀ + β₁X₁ + β₂X₂ + β₁₁X₁² + β₂₂X₂² + β₁₂X₁X₂ for
+//! the whole depth, where X₁ is the length of contact L and X₂ the largest chip t_m, both scaled to −1 … 1 over the
+//! table: X = (x − middle) / half range. The model file has the same polynomial in mm: F = b₀ + b_l L + b_t t_m + b_ll
+//! L² + b_tt t_m² + b_lt L t_m.
 //!
-//! A square needs three levels of its variable, the product cuts that are not all on a line; a term that the table cannot tell
-//! is left out and said, and the plane alone is taken where the others do not lower the error on tests left out. Two levels of a variable that differ by less than [`APART`] of its largest value are one.
+//! A square needs three levels of its variable, the product needs cuts that are not all on a line. Terms that the table
+//! does not determine are left out with a note. The plane alone is used if the other terms do not lower the error on
+//! tests left out. Levels of a variable that differ by less than [`APART`] of its largest value count as one.
 
 use crate::force::closed::immersion_rad;
 use crate::learn::calibrate::calibration::{CalibrateOptions, Calibration};
-use crate::learn::calibrate::regression::{Problem, groups, solved};
+use crate::learn::calibrate::regression::{Problem, groups, regression};
 use crate::learn::dataset::steady_table::SteadyRow;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::report::Estimate;
 use nalgebra::DMatrix;
 
-/// Share of the largest value by which levels differ: tables are rounded to about a hundredth.
+/// Least difference of two levels, as a share of the largest value: tables are rounded to about 1 %.
 const APART: f64 = 0.01;
 /// Terms: name and unit in mm, powers of X₁ and X₂.
 const TERMS: [(&str, &str, [i32; 2]); 6] = [
@@ -44,16 +46,16 @@ pub(in crate::learn) fn response(
             y: used.iter().map(|i| force[*i]).collect(),
             groups: groups(rows, &used),
         };
-        solved("response", &problem, options.loss).map(|found| in_mm(found, terms, &scales))
+        regression("response", &problem, options.loss).map(|found| in_mm(found, terms, &scales))
     };
-    let (terms, plane) = (told(&met, &x), fit(&[0, 1, 2])?);
+    let (terms, plane) = (determined_terms(&met, &x), fit(&[0, 1, 2])?);
     let mut found = if terms.len() > 3 { fit(&terms)? } else { plane.clone() };
     let left: Vec<&str> = (0..TERMS.len()).filter(|t| !terms.contains(t)).map(|t| TERMS[t].0).collect();
     if !left.is_empty() {
-        let asks = "cuts at three lengths of contact and three chips, crossed, would";
-        found.notes.push(format!("the table cannot tell {}: {asks}", left.join(", ")));
+        let needed = "that needs cuts at three lengths of contact, each with three chips";
+        found.notes.push(format!("the table does not determine {}: {needed}", left.join(", ")));
     }
-    // Squares and product that do not help on tests they have not seen only bend the plane after its noise.
+    // Squares and product that do not lower the error on tests left out fit only noise.
     let held_out = [&plane, &found].map(|fit| fit.leave_one_out_rmse);
     if terms.len() > 3 && held_out[1] >= held_out[0] {
         let [plane_n, all_n] = held_out;
@@ -86,7 +88,7 @@ impl Scale {
     fn of(values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
         let half = 0.5 * (high - low);
-        // Where nothing varies the variable itself is the column.
+        // A constant variable is not scaled.
         if half > 0.0 { Self { middle: 0.5 * (low + high), half } } else { Self { middle: 0.0, half: 1.0 } }
     }
     fn of_value(self, value: f64) -> f64 {
@@ -98,8 +100,8 @@ fn power(x: [f64; 2], [a, b]: [i32; 2]) -> f64 {
     x[0].powi(a) * x[1].powi(b)
 }
 
-/// Terms that the table can tell; the plane is always asked for.
-fn told(met: &[[f64; 2]], x: &[[f64; 2]]) -> Vec<usize> {
+/// Terms that the table determines; those of the plane are always included.
+fn determined_terms(met: &[[f64; 2]], x: &[[f64; 2]]) -> Vec<usize> {
     let levels = |axis: usize| {
         let mut values: Vec<f64> = met.iter().map(|m| m[axis]).collect();
         values.sort_by(f64::total_cmp);
@@ -108,7 +110,7 @@ fn told(met: &[[f64; 2]], x: &[[f64; 2]]) -> Vec<usize> {
         values.len()
     };
     let squares = [levels(0) >= 3, levels(1) >= 3];
-    // Off a line by more than a rounding: X₁ and X₂ are not one function of each other.
+    // The product needs X₁ and X₂ that are not linearly dependent, beyond rounding.
     let n = x.len() as f64;
     let mean = |of: &dyn Fn(&[f64; 2]) -> f64| x.iter().map(of).sum::<f64>() / n;
     let m = [mean(&|x| x[0]), mean(&|x| x[1])];
@@ -116,14 +118,14 @@ fn told(met: &[[f64; 2]], x: &[[f64; 2]]) -> Vec<usize> {
     let crossed = xx * yy - xy * xy > APART * xx * yy && levels(0) >= 2 && levels(1) >= 2;
     let wanted = [true, true, true, squares[0], squares[1], crossed];
     let mut terms: Vec<usize> = (0..TERMS.len()).filter(|t| wanted[*t]).collect();
-    // One measurement more than terms is the least to judge them by.
+    // At least one measurement more than terms, so that there is a residual.
     while terms.len() > 3 && terms.len() >= x.len() {
         terms.pop();
     }
     terms
 }
 
-/// The polynomial of X₁ and X₂ as one of L and t_m, with the errors that follow.
+/// The polynomial in X₁ and X₂ converted to L and t_m, with its covariance.
 fn in_mm(found: Calibration, terms: &[usize], scales: &[Scale; 2]) -> Calibration {
     let of = |name: &str| found.parameters.iter().position(|parameter| parameter.name == name);
     let columns: Vec<(usize, usize)> =

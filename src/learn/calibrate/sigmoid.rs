@@ -1,13 +1,13 @@
-//! Ko, Yun, Cho: the curve of the normal pressure, the friction, the chip-flow angle and the runout from one record of
-//! instantaneous forces with the angle of the spindle.
+//! Calibration of `sigmoid` (Ko, Yun, Cho): normal pressure over chip thickness, friction, chip-flow angle and runout
+//! from one record of instantaneous forces with the spindle angle.
 //!
-//! In: samples (angle of the spindle in degrees, forces on the workpiece or the tool in N, x along the feed, y to its
-//! left, z up) of one steady cut, and the tool. They are averaged at the rotation angles at which the force model
-//! samples a turn. Unknown: A1, A2, x0, dx of ln K_n = A2 + (A1 − A2)/(1 + exp((t − x0)/dx)) with t = chip thickness /
-//! range of the record, the friction coefficient K_f, the chip-flow angle, offset and direction of the runout, and the
-//! angle of tooth 1 at the encoder's zero. Out: these by nonlinear least squares on all force components, from the best
-//! of several directions of the runout. Chips between zero and the range show only the flank of the sigmoid, so that A1
-//! and x0 hang together: the curve K_n(t) itself, with its standard error, is what the record gives.
+//! In: samples of one steady cut (spindle angle, degrees; forces on the workpiece or the tool, N: x along the feed, y
+//! to its left, z up), and the tool. They are averaged at the rotation angles at which the force model samples a turn.
+//! Unknown: A1, A2, x0, dx of ln K_n = A2 + (A1 − A2)/(1 + exp((t − x0)/dx)), K_n in N/mm², t = chip thickness / range
+//! of the record; friction coefficient K_f; chip-flow angle; offset and direction of the runout; angle of tooth 1 at
+//! the encoder's zero. Out: these by nonlinear least squares on all force components, started from several directions
+//! of the runout. Chips of the record cover only one flank of the sigmoid, so that A1 and x0 are correlated; well
+//! determined is the curve K_n(t), which is reported with its standard error.
 
 use crate::engage::EngagedArc;
 use crate::force::closed::{entry_exit_rad, immersion_rad};
@@ -23,15 +23,15 @@ use crate::machine::material::{ForceModel, Material, Process};
 use crate::machine::{Runout, Shape, Slice, Spindle, Table, Tool};
 use std::f64::consts::{PI, TAU};
 
-/// Rings over the axial depth.
+/// Number of rings over the axial depth.
 const RINGS: usize = 30;
-/// Fewest samples, and least share of a turn that they must cover.
+/// Fewest samples, and least share of a turn that they must cover. Judgement.
 const FEWEST: usize = 72;
 const COVERED: f64 = 0.8;
-/// Share of the variance that the model must explain.
+/// Least R² of the model on the record. Judgement.
 const LEAST_R2: f64 = 0.9;
 
-/// Variables in the order of the search; the values are those that aluminium starts from.
+/// Variables of the search; start values for aluminium.
 const VARIABLES: [Variable; 9] = [
     Variable { start: 12.0, step: 1e-3, low: 7.0, high: 18.0 }, // a1
     Variable { start: 7.0, step: 1e-3, low: 3.0, high: 10.0 },  // a2
@@ -46,9 +46,9 @@ const VARIABLES: [Variable; 9] = [
 const NAMES: [(&str, &str); 6] =
     [("a1", "ln(N/mm²)"), ("a2", "ln(N/mm²)"), ("x0", "-"), ("dx", "-"), ("k_f", "-"), ("chip_flow", "rad")];
 
-/// Identifies the model from a record; every row of the table is a sample of one and the same cut.
+/// Calibrates the model from a record; every row of the table is a sample of the same cut.
 pub fn calibrate(frame: &Frame, rows: &[SteadyRow], tool: &Tool, on_tool: bool) -> Result<Calibration, DataError> {
-    let cut = Steady::new(rows, tool)?;
+    let cut = RecordedCut::new(rows, tool)?;
     let record = Record::new(frame, &cut, on_tool)?;
     let phase = record.phase(&cut);
     let own = |k: usize, start: f64| Variable { start, ..VARIABLES[k] };
@@ -61,24 +61,24 @@ pub fn calibrate(frame: &Frame, rows: &[SteadyRow], tool: &Tool, on_tool: bool) 
         .filter_map(|k| search(TAU * f64::from(k) / 8.0, 8))
         .min_by(|a, b| a.squares().total_cmp(&b.squares()))
         .ok_or_else(|| DataError::Unfit("the record has values that are no numbers".into()))?;
-    // The range that normalises the chips is fixed now, so that the curve belongs to chips in mm and holds at other
+    // The range that normalises the chip thickness is fixed now, so that the curve is one over mm and holds at other
     // feeds.
     let range_mm = cut.thickest(&first.x);
     let mut variables = VARIABLES;
     variables.iter_mut().zip(&first.x).for_each(|(v, x)| v.start = *x);
     let solution = levenberg_marquardt(&variables, 60, |x| record.residuals(&cut.forces(x, range_mm), x[8]))
         .ok_or_else(|| DataError::Unfit("the record has values that are no numbers".into()))?;
-    answer(&record, &solution, range_mm)
+    calibration_of(&record, &solution, range_mm)
 }
 
-/// Force model of these values.
+/// Force model with these variables.
 fn model(x: &[f64], range_mm: f64) -> ForceModel {
     let own = NAMES.iter().zip(x).map(|((name, _), value)| ((*name).to_owned(), *value));
     ForceModel::Named { name: "sigmoid".into(), parameters: own.chain([("chip_range".to_owned(), range_mm)]).collect() }
 }
 
 /// The cut of a record.
-struct Steady {
+struct RecordedCut {
     tool: Tool,
     slices: Vec<Slice>,
     arcs: Vec<EngagedArc>,
@@ -87,7 +87,7 @@ struct Steady {
     spindle: Spindle,
 }
 
-impl Steady {
+impl RecordedCut {
     fn new(rows: &[SteadyRow], tool: &Tool) -> Result<Self, DataError> {
         let first = rows.first().ok_or(DataError::Empty("the record has no samples"))?;
         let (c, r) = (&first.cut, tool.radius_mm());
@@ -141,7 +141,7 @@ impl Steady {
         Cutter::new(&tool, &material, &self.spindle, &Process::default(), &self.slices, self.rps).ok()
     }
 
-    /// Forces on the tool at the angles of a turn; empty where the values make no model.
+    /// Forces on the tool at the angles of a turn, N; empty if the variables give no valid model.
     fn forces(&self, x: &[f64], range_mm: f64) -> Vec<[f64; 3]> {
         let line = self.cutter(x, range_mm).map(|c| c.line(&Cut { arcs: &self.arcs, ..Cut::default() }));
         line.map_or_else(Vec::new, |line| line.through_a_turn(self.feed_mm_s))
@@ -157,14 +157,14 @@ impl Steady {
 struct Record {
     /// Mean of each component at each angle.
     mean: Vec<[f64; 3]>,
-    /// Samples behind it.
+    /// Number of samples at each angle.
     count: Vec<f64>,
     /// Components that were measured.
     components: Vec<usize>,
 }
 
 impl Record {
-    fn new(frame: &Frame, cut: &Steady, on_tool: bool) -> Result<Self, DataError> {
+    fn new(frame: &Frame, cut: &RecordedCut, on_tool: bool) -> Result<Self, DataError> {
         let angle = frame.needed("spindle_angle_deg")?;
         let forces = [frame.needed("force_x_n")?, frame.needed("force_y_n")?];
         let axial = frame.numbers("force_z_n").filter(|z| z.iter().any(|v| v.is_finite()));
@@ -188,7 +188,8 @@ impl Record {
         let covered = covered(&count);
         if samples < FEWEST || covered < COVERED {
             return Err(DataError::Unfit(format!(
-                "{samples} samples over {:.0} % of a turn do not show the teeth; give at least {FEWEST} over a whole turn",
+                "{samples} samples over {:.0} % of a turn do not show the teeth; give at least {FEWEST} over a whole \
+                 turn",
                 100.0 * covered
             )));
         }
@@ -200,21 +201,22 @@ impl Record {
         Ok(Self { mean, count, components })
     }
 
-    /// Measured less modelled, in the order of angles and components, by the root of the samples behind each.
+    /// Measured less modelled force, times the square root of the number of samples, for each angle and component.
     fn residuals(&self, forces: &[[f64; 3]], phase_rad: f64) -> Vec<f64> {
         let n = self.mean.len();
         let mut out = Vec::with_capacity(n * self.components.len());
         for k in (0..n).filter(|k| self.count[*k] > 0.0) {
             for &c in &self.components {
-                let modelled = at(forces, k as f64 + phase_rad / TAU * n as f64, c);
+                let modelled = interpolated(forces, k as f64 + phase_rad / TAU * n as f64, c);
                 out.push(self.count[k].sqrt() * (self.mean[k][c] - modelled));
             }
         }
         out
     }
 
-    /// Angle of tooth 1 at the encoder's zero, within a pitch, at which teeth without runout fit best up to a scale.
-    fn phase(&self, cut: &Steady) -> f64 {
+    /// Start value for the angle of tooth 1 at the encoder's zero, rad, within a pitch: best fit of teeth without
+    /// runout, up to a factor on the force.
+    fn phase(&self, cut: &RecordedCut) -> f64 {
         let mut start: Vec<f64> = VARIABLES.iter().map(|v| v.start).collect();
         start[6] = 0.0;
         let forces = cut.forces(&start, 0.0);
@@ -234,15 +236,15 @@ impl Record {
     }
 }
 
-/// Share of a turn with samples, in parts of ten degrees.
+/// Share of the ten-degree sectors of a turn that have samples.
 fn covered(count: &[f64]) -> f64 {
     let parts = 36;
     let seen = |p: usize| (p * count.len() / parts..(p + 1) * count.len() / parts).any(|k| count[k] > 0.0);
     (0..parts).filter(|p| seen(*p)).count() as f64 / parts as f64
 }
 
-/// A component between two angles of a turn.
-fn at(forces: &[[f64; 3]], index: f64, component: usize) -> f64 {
+/// A force component, interpolated between two angles of a turn.
+fn interpolated(forces: &[[f64; 3]], index: f64, component: usize) -> f64 {
     if forces.is_empty() {
         return f64::NAN;
     }
@@ -252,12 +254,12 @@ fn at(forces: &[[f64; 3]], index: f64, component: usize) -> f64 {
     forces[k][component] * (1.0 - t) + forces[(k + 1) % n][component] * t
 }
 
-/// ln K_n at a normalised chip thickness.
+/// ln K_n at the normalised chip thickness t.
 fn log_pressure(x: &[f64], t: f64) -> f64 {
     x[1] + (x[0] - x[1]) / (1.0 + ((t - x[2]) / x[3]).exp())
 }
 
-fn answer(record: &Record, solution: &Solution, range_mm: f64) -> Result<Calibration, DataError> {
+fn calibration_of(record: &Record, solution: &Solution, range_mm: f64) -> Result<Calibration, DataError> {
     let x = &solution.x;
     let weight: Vec<f64> =
         record.count.iter().filter(|n| **n > 0.0).flat_map(|n| vec![*n; record.components.len()]).collect();
@@ -306,7 +308,8 @@ fn answer(record: &Record, solution: &Solution, range_mm: f64) -> Result<Calibra
         train,
         leave_one_out_rmse: f64::NAN,
         notes: vec![
-            "chips below the range of the record show one flank of the sigmoid only: a1 and x0 hang together, the curve k_n is what is known"
+            "the chips of the record cover one flank of the sigmoid only: a1 and x0 are correlated, well determined is \
+             the curve k_n"
                 .into(),
             format!(
                 "put into the setup's tool: runout = {{ offset = {:.4}, angle = {:.0} }}",

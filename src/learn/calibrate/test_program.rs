@@ -1,11 +1,10 @@
-//! Writes NC programs of straight test passes along X in a block: what `calibrate --plan` and `learn --experiment` ask
-//! for.
+//! Writes NC programs of straight test passes along X in a block, for `calibrate --plan` and `learn --experiment`.
 //!
-//! In: actions (air at a speed, passes of stated depth, width, side and feeds), tool, block. Out: the text of a program
-//! whose cuts have exactly those depths. The passes eat into the block from its back (+Y): climb runs along +X,
-//! conventional milling along −X, both with the wall on the side of −Y. When the width is used up a new layer begins
-//! below, inside what the one before has cleared. A pass with several feeds has them on equal parts of the block's
-//! length.
+//! In: actions (air at a speed; passes of stated depth, width, milling mode and feeds), tool, block. Out: the text of a
+//! program whose cuts have exactly those depths. Passes start at the back of the block (+Y) and proceed towards −Y:
+//! climb milling along +X, conventional milling along −X, both with the wall on the −Y side. When the width is used up,
+//! a new layer begins below, within the width that the layer above has cleared. A pass with several feeds has each on
+//! an equal part of the block's length.
 
 use crate::learn::log::columns::DataError;
 use crate::machine::{Box3, Tool};
@@ -30,7 +29,7 @@ pub enum Action {
 pub struct Pass {
     /// Depth along the axis, mm.
     pub axial_mm: f64,
-    /// How far it goes into the wall, mm.
+    /// Radial depth, mm.
     pub radial_mm: f64,
     /// Conventional milling.
     pub up: bool,
@@ -38,13 +37,13 @@ pub struct Pass {
     pub rps: f64,
     /// Feeds on equal parts of the length, mm/s.
     pub feeds_mm_s: Vec<f64>,
-    /// Comment in front of it; empty: none.
+    /// Comment before it; empty: none.
     pub note: String,
 }
 
-/// Air beside the block, and above it, mm.
+/// Clearance beside and above the block, mm.
 const CLEAR_MM: f64 = 3.0;
-/// What stays of the block below the last layer and behind the last pass, mm.
+/// Least thickness of the block that is left below the last layer and behind the last pass, mm.
 pub(super) const LEFT_MM: f64 = 1.0;
 
 /// The program; `title` lines become comments at its head.
@@ -76,7 +75,7 @@ pub fn program(title: &[String], actions: &[Action], tool: &Tool, block: &Box3) 
     Ok(writer.text)
 }
 
-/// Comments hold no brackets, and only what every control can read.
+/// Text for a comment: ASCII without parentheses, which every control can read.
 fn plain(text: &str) -> String {
     let spelled = text.replace('²', "2").replace('·', " ").replace("± ", "+-").replace('→', "->");
     spelled.chars().filter(|c| c.is_ascii() && !"()".contains(*c)).collect()
@@ -86,9 +85,9 @@ struct Writer<'a> {
     text: String,
     tool: &'a Tool,
     block: &'a Box3,
-    /// The wall that the next pass meets.
+    /// Y of the wall that the next pass cuts into.
     wall_mm: f64,
-    /// How far the layer may go.
+    /// Least Y of the layer.
     limit_mm: f64,
     top_mm: f64,
     /// Depths of the passes of this layer.
@@ -166,7 +165,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Below what this layer has cleared, if its floor is one plane.
+    /// Begins a new layer below this one, if the floor of this one is plane.
     fn next_layer(&mut self) -> Result<(), DataError> {
         let depth = self.layer.first().copied().unwrap_or(0.0);
         if self.layer.is_empty() || self.layer.iter().any(|d| (d - depth).abs() > 1e-9) {
@@ -182,8 +181,8 @@ impl Writer<'_> {
     fn too_small(&self) -> DataError {
         let size = self.block.max - self.block.min;
         DataError::Unfit(format!(
-            "the block of {:.0} × {:.0} × {:.0} mm is too small for these test cuts with a tool of {} mm: give the setup a larger \
-             stock (more in Y first) or a smaller tool",
+            "the block of {:.0} × {:.0} × {:.0} mm is too small for these test cuts with a tool of {} mm: give the \
+             setup a larger stock (more in Y first) or a smaller tool",
             size.x, size.y, size.z, self.tool.diameter_mm
         ))
     }

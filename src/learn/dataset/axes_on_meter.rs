@@ -1,9 +1,10 @@
-//! What the drives of the axes add to a spindle reading, where the meter measures them too. In: samples laid along the program, those
-//! in air. Out: factors on the speed v and on v·max(0, a), a the acceleration; and how far what they add changes within the uncertainty
-//! of where each sample belongs.
+//! Power of the axis drives in a reading, if the meter measures more than the spindle. In: samples placed in the
+//! program, in air. Out: factors on the speed v and on v·max(0, a), a the acceleration; range of that power within the
+//! uncertainty of the alignment.
 //!
-//! A rapid takes some tenths of a second and begins and ends at rest, so what it adds rises and falls within hundredths of a second:
-//! a sample placed wrong by that much is off by all of it. Where the meter does not measure the axes, both factors are nearly 0.
+//! A rapid takes some tenths of a second and begins and ends at rest, so this power rises and falls within hundredths
+//! of a second, and a sample misplaced by as much has an error of all of it. If the meter does not measure the axes,
+//! both factors are nearly 0.
 
 use crate::learn::align::Method;
 use crate::learn::dataset::placed_log::PlacedLog;
@@ -12,13 +13,13 @@ use crate::learn::program::timeline::Activity;
 use crate::learn::regress::linear::{Loss, robust};
 use nalgebra::DMatrix;
 
-/// Fewest readings in rapids that say what the axes take.
+/// Fewest readings in rapids for a fit. Judgement.
 const FEWEST: usize = 10;
-/// Times that are looked at within the doubt of a sample.
+/// Number of times within the uncertainty of a sample at which the power is computed.
 const TIMES: usize = 9;
 
 impl PlacedLog<'_> {
-    /// Factors on the speed along the path and on v·max(0, a) that the readings in air show; none is negative.
+    /// Factors on v and on v·max(0, a) fitted to the readings in air; not negative, 0 if rapids are too few.
     pub(in crate::learn) fn axes_shown(&self, valid: &[usize], values: &[f64]) -> [f64; 2] {
         let spots = &self.known.timeline.spots;
         let in_air = |i: &usize| {
@@ -33,7 +34,7 @@ impl PlacedLog<'_> {
         if air.iter().filter(rapid).count() < FEWEST {
             return [0.0; 2];
         }
-        // With a lag what is left of a cut is in the reading before as well; the axes are not.
+        // The reading before is a regressor, for the tail of a cut in a lagging sensor.
         let row = |[before, i]: &[usize; 2]| {
             let [v, a] = self.motion(*i);
             let rps = self.spot[*i].map_or(0.0, |k| self.rps(*i, &spots[k]));
@@ -46,7 +47,7 @@ impl PlacedLog<'_> {
         fit.map_or([0.0; 2], |f| [1, 2].map(|k| f.coefficients[k].max(0.0)))
     }
 
-    /// Range of what the axes take over the times at which a sample may have been taken.
+    /// Range of the power of the axes within `doubt_s` of a sample.
     pub(in crate::learn) fn axes_spread(&self, i: usize, doubt_s: f64, shown: [f64; 2]) -> f64 {
         if shown == [0.0; 2] {
             return 0.0;

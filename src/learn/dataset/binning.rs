@@ -1,8 +1,9 @@
-//! From aligned samples to [`Data`]: what was cut at every sample, averaged over cells of a few samples.
+//! Data of a log: columns of every sample, averaged over cells of a few samples. In: an aligned log, a simulated
+//! program. Out: [`Data`].
 //!
-//! The columns of a power sample are tare(n)/tare(n₀), section·speed and contact·n (times 1e-3: N·mm/s is mW); those of
-//! a peak force its derivatives by k_tc, k_rc, k_te, k_re. A cell holds sure samples or doubtful ones, never both, and
-//! counts as the sum of their weights ([`super::weights`]).
+//! The columns of a power sample are tare(n)/tare(n₀), removal area·speed and contact·n (times 1e-3: 1 N·mm/s is 1 mW);
+//! those of a peak force its derivatives by k_tc, k_rc, k_te, k_re. A cell holds either reliable or doubtful samples,
+//! and has the sum of their weights ([`super::weights`]).
 
 use crate::force::contact::Engaged;
 use crate::learn::align::Aligned;
@@ -25,22 +26,22 @@ use crate::machine::Job;
 
 /// Most cells that a log is averaged into.
 const MOST_CELLS: usize = 8000;
-/// Stretches of time that are left out or kept as a whole.
+/// Number of blocks of time for splits.
 const BLOCKS: f64 = 60.0;
-/// Most spots between two readings; beyond that a gap lies between them.
+/// Most spots between two readings; with more it is a gap.
 const MOST_BETWEEN: usize = 200;
-/// Standard deviation of a base coefficient about the declared value, relative: power, forces.
+/// Relative standard deviation of the priors on base coefficients about the declared values: power, forces. Judgement.
 const PRIOR: [f64; 2] = [0.5, 0.25];
 
-/// Standard deviation of what the spindle takes while it runs up, W, % or A: a thousand holds for every meter and still
-/// keeps a fit that saw no run-up from inventing one.
+/// Standard deviation of the prior on the run-up coefficient, W, % or A: wide enough for every meter, and finite, so
+/// that the coefficient is 0 without a run-up in the data. Judgement.
 const RUN_UP: f64 = 1e3;
 
-/// Force coefficients stay within these factors of the declared ones: a peak force alone cannot tell a larger edge
-/// coefficient from a tooth that stands out, so that the declared material has to.
+/// Bounds of the force coefficients over the declared ones: from peak forces alone a larger edge coefficient cannot be
+/// separated from runout. Judgement.
 const FORCE_BOUNDS: [f64; 2] = [0.6, 1.5];
 
-/// What the log measures.
+/// The measured quantities of a log that are used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Channels {
     /// A spindle quantity: index into the measured ones, kind and unit.
@@ -49,7 +50,7 @@ pub struct Channels {
     pub force_xy: Option<usize>,
 }
 
-/// Which of the measured quantities are used.
+/// Chooses the measured quantities.
 pub fn channels(log: &Log) -> Channels {
     let find = |name: &str| log.measured.iter().position(|(n, _)| *n == name);
     let spindle = OF_SPINDLE.into_iter().find_map(|(name, kind, unit)| find(name).map(|k| (k, kind, unit)));
@@ -91,13 +92,13 @@ pub fn bin_log(log: &Log, aligned: &Aligned, known: &ProgramView, channels: &Cha
     (data, lowered)
 }
 
-/// Names of the operations; what cuts nothing belongs to the last of all.
+/// Names of the operations; the last is air.
 fn operation_names(spots: &[Spot]) -> Vec<String> {
     let cutting = operations(spots).into_iter().map(|each| format!("tool {} at {} rpm", each.tool, each.rpm));
     cutting.chain(["air".to_owned()]).collect()
 }
 
-/// Base coefficients: tare, k_tc, k_te for the spindle, and k_rc, k_re beside them for forces.
+/// Base coefficients: tare, k_tc, k_te and run-up for the spindle; in addition k_rc, k_re for forces.
 fn base(job: &Job, channels: &Channels) -> Vec<Base> {
     let mut all = channels.spindle.map_or_else(Vec::new, |(_, quantity, unit)| spindle_base(quantity, unit));
     if let Some((_, _, unit)) = channels.spindle {
@@ -143,9 +144,10 @@ fn base(job: &Job, channels: &Channels) -> Vec<Base> {
 }
 
 impl PlacedLog<'_> {
-    /// The same for a peak force. The arcs of a station are those of its most engaged end, so that of two that meet the
-    /// lesser one stands where they do. Where a move begins or ends the mean section says how much of it is there.
-    fn about_peak(&self, time_s: f64) -> [(usize, f64); 2] {
+    /// Interpolation weights of spots for a peak force at a time. The arcs of a spot are those of its most engaged end,
+    /// so that at a joint the smaller force of the two spots applies. At the first or last end of a move it follows
+    /// from the mean removal area.
+    fn peak_shares(&self, time_s: f64) -> [(usize, f64); 2] {
         let spots = &self.known.timeline.spots;
         let own = self.known.timeline.at(time_s).unwrap_or(0);
         let spot = &spots[own];
@@ -173,7 +175,7 @@ impl PlacedLog<'_> {
         of: &impl Fn(usize) -> &'e Engaged,
     ) -> Vec<f64> {
         let mut columns = vec![0.0; base.len()];
-        for (index, share) in self.pieces(self.aligned.program_s[i], quantity, of) {
+        for (index, share) in self.load_shares(self.aligned.program_s[i], quantity, of) {
             let spot = &self.known.timeline.spots[index];
             for (column, b) in columns.iter_mut().zip(base) {
                 let at_predicted_feed = Self::column(&b.name, quantity, self.rps(i, spot), spot, of(index));
@@ -183,21 +185,21 @@ impl PlacedLog<'_> {
         columns
     }
 
-    /// Spots whose loads add up to that at a time, with how much of each.
-    fn pieces<'e>(
+    /// Spots with weights whose weighted loads add up to that at a time.
+    fn load_shares<'e>(
         &self,
         time_s: f64,
         quantity: Option<Quantity>,
         of: &impl Fn(usize) -> &'e Engaged,
     ) -> [(usize, f64); 3] {
         if quantity.is_some() {
-            return self.within(time_s, of);
+            return self.section_shares(time_s, of);
         }
-        let [one, other] = self.about_peak(time_s);
+        let [one, other] = self.peak_shares(time_s);
         [one, other, (one.0, 0.0)]
     }
 
-    /// Column of the tare and of what the spindle takes to run up.
+    /// Columns of the tare and of the run-up.
     fn idle(&self, i: usize, quantity: Quantity, spot: &Spot, base: &Base) -> f64 {
         match base.name.as_str() {
             "tare" => self.tare_factor(quantity, self.rps(i, spot)),
@@ -206,7 +208,8 @@ impl PlacedLog<'_> {
         }
     }
 
-    /// Share of the speed reached while the spindle runs up, 0 otherwise: what its mass takes then is no tare.
+    /// Share of the spindle speed reached during a run-up, 0 otherwise: the power that accelerates the spindle is not
+    /// part of the tare.
     fn running_up(&self, i: usize, spot: &Spot) -> f64 {
         let running = spot.activity == Activity::RunUp && spot.rps > 0.0;
         if !running {
@@ -216,7 +219,7 @@ impl PlacedLog<'_> {
         self.log.rps.as_ref().map_or(planned, |n| n[i] / spot.rps).clamp(0.0, 1.0)
     }
 
-    /// Adds the cells of one measured quantity.
+    /// Adds the cells of one measured quantity; returns the number of samples of reduced weight.
     fn channel(&self, data: &mut Data, k: usize, quantity: Option<Quantity>, channel: usize) -> usize {
         let values = &self.log.measured[k].1;
         let valid: Vec<usize> = (0..values.len())
@@ -259,7 +262,8 @@ impl PlacedLog<'_> {
         let mut ratios = vec![0.0; data.slower.len()];
         let mut reading = 0.0;
         let (first, last) = (self.known.others.len(), data.variants.len() - 1);
-        // Rates of the cell: what is a ratio of them must not come from a single sample.
+        // Sums over the cell of removal rate, contact rate and both weighted with the up share, for covariates that are
+        // their ratios.
         let mut rates = [0.0; 4];
         for &i in members {
             let at_s = self.aligned.program_s[i];
@@ -273,7 +277,9 @@ impl PlacedLog<'_> {
                     sum[b] += (to[b] - from[b]) / other.size / n;
                 }
             }
-            for (index, share) in self.pieces(at_s, quantity, &declared).into_iter().filter(|(_, share)| *share > 0.0) {
+            for (index, share) in
+                self.load_shares(at_s, quantity, &declared).into_iter().filter(|(_, share)| *share > 0.0)
+            {
                 let spot = &self.known.timeline.spots[index];
                 let speed_mm_s = self.feed_ratio(i) * spot.speed_mm_s();
                 let (removed, swept) =
@@ -289,8 +295,8 @@ impl PlacedLog<'_> {
                     }
                 }
             }
-            for (index, share) in self.about(at_s) {
-                // A feed that was measured is what it is on any machine.
+            for (index, share) in self.spot_shares(at_s) {
+                // A measured feed does not depend on the assumed machine.
                 let slower = |all: &Vec<f64>| if self.feed.is_some() { 1.0 } else { all[index] };
                 ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += share * slower(all) / n);
             }
@@ -323,7 +329,7 @@ impl PlacedLog<'_> {
         data.state.push(state);
     }
 
-    /// Mean of the columns since the reading before, minus those at the reading: what was cut between two readings.
+    /// Mean of the columns since the reading before, minus those at the reading.
     fn over_span(&self, i: usize, quantity: Option<Quantity>, base: &[Base], plain: &[f64]) -> Vec<f64> {
         let spots = &self.known.timeline.spots;
         let end_s = self.aligned.program_s[i];
@@ -350,18 +356,18 @@ impl PlacedLog<'_> {
     }
 }
 
-/// Offsets and ways of the runouts that are tried, in the order of their variants.
+/// Indices of offset and direction of the grid's runouts, in the order of their variants.
 fn runouts() -> impl Iterator<Item = (usize, usize)> {
     (0..RUNOUT_GRID[0]).flat_map(|offset| (0..RUNOUT_GRID[1]).map(move |phase| (offset, phase)))
 }
 
-/// Section at the less engaged end of a station over that at the other, as its mean has it.
+/// Removal area at the less engaged end of a station over that at the other, from its mean: 2·mean/most − 1.
 fn at_lesser_end(engaged: &Engaged) -> f64 {
     let most: f64 = engaged.sectors.iter().map(|s| s[0]).sum();
     if most > 1e-9 { (2.0 * engaged.section_mm2 / most - 1.0).clamp(0.0, 1.0) } else { 1.0 }
 }
 
-/// Change of a column by runout: every term of a peak force, the edge term of a mean.
+/// Change of a column by runout: of every term for a peak force, of the edge term for power.
 fn runout_change(quantity: Option<Quantity>, base: &Base, [tc, rc, te, re, power]: &[f64; 5], plain: f64) -> f64 {
     match (quantity, base.name.as_str()) {
         (None, "k_tc") => *tc,

@@ -1,4 +1,4 @@
-//! The state in which a sample was taken. In: samples laid along the program. Out: [`State`], what effects depend on.
+//! Covariates of the samples of a log. In: samples placed in the program. Out: [`State`].
 
 use crate::effects::{Sector, State};
 use crate::learn::align::Method;
@@ -7,8 +7,8 @@ use crate::learn::program::motion::motion;
 use std::f64::consts::PI;
 
 impl PlacedLog<'_> {
-    /// Speed along the path, and the acceleration that times this speed is the mean of v·max(0, a): both over the times
-    /// at which the sample may have been taken.
+    /// Mean speed v along the path, mm/s, and mean of v·max(0, a) over v, mm/s²: over the times at which the sample may
+    /// have been taken. Without acceleration: the largest deceleration, negative.
     pub(in crate::learn) fn motion(&self, i: usize) -> [f64; 2] {
         let by_way = self.aligned.method == Method::Position;
         let program_s = self.aligned.program_s[i];
@@ -25,7 +25,7 @@ impl PlacedLog<'_> {
         [v / 5.0, if v_a > 0.0 { v_a / v } else { least }]
     }
 
-    /// Speed along the path over samples, and the acceleration that times this speed is their mean of v·max(0, a).
+    /// The same over several samples.
     fn mean_motion(&self, members: &[usize]) -> [f64; 2] {
         let each: Vec<[f64; 2]> = members.iter().map(|i| self.motion(*i)).collect();
         let (v, v_a) = each.iter().fold((0.0, 0.0), |(v, v_a), m| (v + m[0], v_a + m[0] * m[1].max(0.0)));
@@ -33,20 +33,20 @@ impl PlacedLog<'_> {
         [v / members.len() as f64, if v_a > 0.0 { v_a / v } else { least }]
     }
 
-    /// State of a cell: where the mean of the times of its samples lies.
+    /// State of a cell at the mean program time of its samples.
     pub(in crate::learn) fn state(&self, members: &[usize]) -> State {
         let mean = |of: &[f64]| members.iter().map(|i| of[*i]).sum::<f64>() / members.len() as f64;
         let program_s = mean(&self.aligned.program_s);
         let index = self.known.timeline.at(program_s).unwrap_or(0);
-        let (spot, behind) = (&self.known.timeline.spots[index], &self.behind[index]);
+        let (spot, history) = (&self.known.timeline.spots[index], &self.history[index]);
         let e = &spot.engaged;
         let rps = self.rps(members[members.len() / 2], spot);
         let tool = self.known.job.tool(spot.tool);
         let share = ((program_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
         let mut state = State {
             time_s: mean(&self.log.time_s),
-            slid: behind.slid.and(&slid(spot, share, rps, self.known.job)),
-            volume_mm3: behind.volume_mm3 + share * e.section_mm2 * spot.length_mm,
+            slid: history.slid.and(&slid(spot, share, rps, self.known.job)),
+            volume_mm3: history.volume_mm3 + share * e.section_mm2 * spot.length_mm,
             rps,
             reference_rps: self.reference_rps,
             tool: f64::from(spot.tool),
@@ -82,7 +82,7 @@ impl PlacedLog<'_> {
         state.direction = spot.direction;
         state.curvature_per_mm = spot.curvature_per_mm;
         state.edge_position_mm = 0.5 * e.axial_mm;
-        state.since_entry_mm = behind.since_entry_mm + share * spot.length_mm;
+        state.since_entry_mm = history.since_entry_mm + share * spot.length_mm;
         state
     }
 }

@@ -1,9 +1,9 @@
-//! How far a model is off. In: data, residuals. Out: [`Errors`].
+//! Errors of a model. In: data, residuals. Out: [`Errors`].
 
 use crate::learn::dataset::samples::Data;
 use crate::learn::report::Errors;
 
-/// Errors over the samples that count, by their weights.
+/// Weighted errors over the samples with weight and a finite residual.
 pub fn errors(data: &Data, residual: impl Fn(usize) -> f64) -> Errors {
     let used: Vec<usize> = data.used().filter(|i| residual(*i).is_finite()).collect();
     let sum = |of: &dyn Fn(usize) -> f64| used.iter().map(|&i| data.weight[i] * of(i)).sum::<f64>();

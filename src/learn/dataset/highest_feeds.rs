@@ -1,14 +1,14 @@
-//! How far up in feed data show a process. In: data. Out: the highest feed per tooth of the cuts of each tool.
+//! Range of feeds that the data cover. In: data. Out: the highest feed per tooth of the cuts of each tool.
 
 use std::collections::BTreeMap;
 
 use super::samples::{Class, Data};
 
-/// Share of a tool's cuts that must reach a feed before it counts as measured: a corner or an edge of the stock that is passed once at
-/// a high feed tells nothing of cuts at that feed (judgement).
+/// Share of a tool's cuts that must reach a feed for it to count as measured; excludes a corner or an edge of the stock
+/// that is passed once at a high feed. Judgement.
 const REACHED_BY: f64 = 0.05;
 
-/// Tools in order with the highest feed per tooth, mm; none where tools or feeds are not known.
+/// Tools in order with their highest feed per tooth, mm; empty if tools or feeds are not known.
 pub fn highest_feeds(data: &Data) -> Vec<(u32, f64)> {
     let cutting: Vec<usize> = (0..data.base.len()).filter(|b| data.base[*b].class == Class::Cutting).collect();
     let mut feeds: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
@@ -31,7 +31,7 @@ mod tests {
     use crate::effects::State;
     use crate::learn::dataset::samples::{Base, UNBOUNDED};
 
-    /// Cuts of tool 2 at 0.05 mm, so many of a hundred at 0.2 mm, and air at 1 mm.
+    /// A hundred cuts of tool 2 at 0.05 mm, `fast` of them at 0.2 mm, and air at 1 mm.
     fn data(fast: usize) -> Data {
         let feed = |i: usize| if i >= 100 { 1.0 } else { [0.2, 0.05][usize::from(i >= fast)] };
         let state = |i| State { tool: 2.0, feed_per_tooth_mm: feed(i), ..State::default() };

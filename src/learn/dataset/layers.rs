@@ -1,6 +1,6 @@
-//! Layers of a ball end with their forces, and as data of a diagnosis. In: rows of a table, the resultant in the tool's plane.
-//! Out: the layers, given or as differences of cuts of growing depth; [`Data`] on the terms of Nishida's Eq. 1,
-//! F/Δz = C₀ + C₁L + C₂t_m + C₃L t_m, L the length of contact in mm and t_m the largest chip in µm.
+//! Layers of a ball end with their forces. In: rows of a table, the resultant force in the plane of the tool. Out: the
+//! layers, as given or as differences of cuts of increasing depth; [`Data`] with the terms of Nishida, Eq. 1, F/Δz = C₀
+//! + C₁L + C₂t_m + C₃L t_m, with length of contact L, mm, and largest chip thickness t_m, µm.
 
 use crate::force::closed::{SteadyCut, ball_layer};
 use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
@@ -53,7 +53,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
     let base = |(k, (name, unit)): (usize, (&str, &str))| Base {
         name: name.into(),
         unit: unit.into(),
-        // What does not grow with the chip is of the edge.
+        // Terms without chip thickness belong to the edge.
         class: if k < 2 { Class::Edge } else { Class::Cutting },
         prior: None,
         bounds: UNBOUNDED,
@@ -109,9 +109,9 @@ fn given_layers<'a>(rows: &'a [SteadyRow], force: &[f64]) -> Vec<Layer<'a>> {
     rows.iter().zip(force).filter_map(layer).collect()
 }
 
-/// Cuts of growing depth: a layer's force is that of a cut less that of the next shallower one of the same width and
-/// feed. A width that comes at fewer than three depths is no series: grooves that make room for the others look like
-/// that.
+/// Cuts of increasing depth: the force of a layer is that of a cut less that of the next shallower one of the same
+/// width and feed. Widths with fewer than three depths are skipped: these are the grooves that make room for the test
+/// cuts.
 fn layers_by_difference<'a>(rows: &'a [SteadyRow], force: &[f64]) -> Vec<Layer<'a>> {
     let near = |a: f64, b: f64, share: f64| (a - b).abs() <= share * b.abs();
     let alike = |a: &SteadyCut, b: &SteadyCut| {

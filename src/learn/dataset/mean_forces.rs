@@ -1,7 +1,7 @@
-//! Tables of mean forces for the diagnosis: every cut gives two samples, F_x along the feed and F_y into the wall, on
-//! the columns of K_tc, K_rc, K_te, K_re ([`crate::force::closed::mean_force_factors`]). Readings and columns are
-//! divided by the magnitude of the reading (a tenth of the resultant where it is less), so that errors are relative to
-//! each force, as in the calibration.
+//! Tables of mean forces as data of a diagnosis. Every cut gives two samples, F_x along the feed and F_y into the wall,
+//! with the columns of k_tc, k_rc, k_te, k_re ([`crate::force::closed::mean_force_factors`]; Niu, Wang, Zhao, Huang,
+//! Eqs 2–3). Readings and columns are divided by the magnitude of the reading, but no less than a tenth of the
+//! resultant, so that errors are relative as in the calibration.
 
 use crate::force::closed::mean_force_factors;
 use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
@@ -70,7 +70,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
     })
 }
 
-/// What an error of a force component is measured by: its magnitude, and not less than a tenth of the resultant.
+/// Scale of the relative error of a force component, N: its magnitude, but no less than a tenth of the resultant.
 pub fn relative_to(component_n: f64, forces_n: [f64; 2]) -> f64 {
     component_n.abs().max(0.1 * forces_n[0].hypot(forces_n[1])).max(1e-6)
 }

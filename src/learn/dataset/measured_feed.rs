@@ -1,10 +1,10 @@
-//! The feed that the machine ran, over the one predicted for that place: an override, a slow corner, a stop at the
-//! control. In: a log laid along its program. Out: a ratio for every sample, or nothing where the log does not say.
+//! Realised feed over the predicted one: override, slow corners, stops. In: a log placed in its program. Out: a ratio
+//! for every sample; `None` if the log does not show the feed.
 //!
-//! Where positions tie the log to the program, the ratio at a sample is Δp/Δt over [`SPAN_S`] about it, p the predicted
-//! time of the program at the place of the tool and t the time of the log: both run alike where the machine keeps the
-//! predicted feed. Else it is the logged feed over the predicted speed; where a control logs the feed it was told
-//! rather than the one it runs (it does not fall in corners), over the fastest predicted speed of the move.
+//! If the log is aligned by positions, the ratio at a sample is Δp/Δt over [`SPAN_S`] about it, with p the predicted
+//! program time at the position of the tool and t the log time. Otherwise it is the logged feed over the predicted
+//! speed; if a control logs the commanded feed instead of the realised one (it does not fall in corners), over the
+//! highest predicted speed of the move.
 
 use crate::learn::align::{Aligned, Method};
 use crate::learn::log::Log;
@@ -12,18 +12,20 @@ use crate::learn::program::timeline::{Activity, Spot, Timeline};
 use crate::learn::regress::statistics::median;
 use crate::learn::report::FeedEvent;
 
-/// Time over which the way of the tool gives its feed, s: a few samples at the 10 … 50 Hz of controls, and shorter than
-/// a block that matters.
+/// Time over which positions are differentiated, s: a few samples at the 10 … 50 Hz of controls, and shorter than most
+/// blocks.
 const SPAN_S: f64 = 0.3;
-/// Greatest ratio: overrides end at 150 or 200 %.
+/// Largest ratio: overrides end at 150 or 200 %.
 const MOST: f64 = 2.5;
-/// Below this share of the predicted feed the tool stands.
+/// Share of the predicted feed below which the tool stands still. Judgement.
 const STANDS: f64 = 0.05;
-/// Predicted speed over the fastest of its move below which a place counts as a corner.
+/// Predicted speed over the highest of its move below which a place counts as a corner. Judgement.
 const CORNER: f64 = 0.7;
-/// Logged feed over predicted speed in corners beyond which the control logs what it was told.
-const TOLD: f64 = 1.25;
-/// Shortest stand and shortest stretch at another feed that are listed, s, and how far off that feed is.
+/// Median ratio of logged feed to predicted speed in corners above which the control logs the commanded feed.
+/// Judgement.
+const COMMANDED_OVER: f64 = 1.25;
+/// Shortest stop and shortest stretch at another feed that are reported, s, and the least deviation of that feed.
+/// Judgement.
 const LISTED_S: [f64; 2] = [1.0, 4.0];
 const LISTED_OFF: f64 = 0.05;
 
@@ -34,7 +36,7 @@ pub struct MeasuredFeed {
     pub ratio: Vec<f64>,
 }
 
-/// The feed of every sample over the predicted one; `None` where the log does not tell.
+/// The feed of every sample over the predicted one; `None` if the log does not show it.
 pub fn measured_feed(log: &Log, aligned: &Aligned, timeline: &Timeline) -> Option<MeasuredFeed> {
     let in_feed: Vec<Option<usize>> = aligned.program_s.iter().map(|t| feed_spot(timeline, *t)).collect();
     let ratio = match (&log.feed_mm_s, aligned.method) {
@@ -80,29 +82,29 @@ fn by_column(feed: &[f64], timeline: &Timeline, in_feed: &[Option<usize>]) -> Op
         return None;
     }
     let corners = samples.iter().filter(|(_, k)| spots[*k].speed_mm_s() < CORNER * fastest[*k]);
-    let is_told = median(&corners.map(|(i, k)| over(*i, *k)).collect::<Vec<f64>>()) > TOLD;
+    let is_commanded = median(&corners.map(|(i, k)| over(*i, *k)).collect::<Vec<f64>>()) > COMMANDED_OVER;
     let mut ratio = vec![1.0; feed.len()];
     for (i, k) in samples {
-        let own = if is_told { feed[i] / fastest[k].max(1e-9) } else { over(i, k) };
+        let own = if is_commanded { feed[i] / fastest[k].max(1e-9) } else { over(i, k) };
         ratio[i] = own.clamp(0.0, MOST);
     }
     Some(ratio)
 }
 
 impl MeasuredFeed {
-    /// Does the tool stand at this sample, where the program feeds?
+    /// Does the tool stand still at this sample, although the program feeds?
     pub fn stands(&self, i: usize) -> bool {
         self.ratio[i] < STANDS
     }
 
-    /// Share of the samples in feed moves at which the tool stands.
+    /// Share of the samples in feed moves at which the tool stands still.
     pub fn standing(&self, aligned: &Aligned, timeline: &Timeline) -> f64 {
         let feeds = |i: &usize| feed_spot(timeline, aligned.program_s[*i]).is_some();
         let samples: Vec<usize> = (0..self.ratio.len()).filter(feeds).collect();
         samples.iter().filter(|i| self.stands(**i)).count() as f64 / samples.len().max(1) as f64
     }
 
-    /// Stands and stretches at another feed, in order.
+    /// Stops and stretches at another feed, in order.
     pub fn events(&self, log: &Log, aligned: &Aligned, timeline: &Timeline) -> Vec<FeedEvent> {
         let place = |i: usize| feed_spot(timeline, aligned.program_s[i]);
         let kind = |i: usize| [self.stands(i), self.ratio[i] <= 1.0 - LISTED_OFF, self.ratio[i] >= 1.0 + LISTED_OFF];
@@ -112,7 +114,7 @@ impl MeasuredFeed {
             let (first, last) = (stretch[0], stretch[stretch.len() - 1]);
             let ratio = median(&stretch.iter().map(|i| self.ratio[*i]).collect::<Vec<f64>>());
             let is_stand = ratio < STANDS;
-            // A rapid or a tool change between two feed moves is no time at another feed.
+            // Rapids and tool changes between two feed moves do not count.
             let in_feed = stretch.windows(2).filter(|pair| pair[1] == pair[0] + 1);
             let lasts_s: f64 = in_feed.map(|pair| log.time_s[pair[1]] - log.time_s[pair[0]]).sum();
             if lasts_s < LISTED_S[usize::from(!is_stand)] || (ratio - 1.0).abs() < LISTED_OFF {
@@ -179,7 +181,7 @@ mod tests {
         let events = found.events(&log, &aligned, &program);
         assert_eq!(events.len(), 1, "{events:?}");
         assert!((events[0].ratio - 0.8).abs() < 0.01 && (events[0].time_s[0] - 2.0).abs() < 0.3);
-        assert!(events[0].said().contains("80 % of the predicted feed"), "{}", events[0].said());
+        assert!(events[0].in_words().contains("80 % of the predicted feed"), "{}", events[0].in_words());
     }
 
     #[test]
@@ -206,7 +208,7 @@ mod tests {
         let found = measured_feed(&log, &aligned, &program).unwrap();
         assert!(found.ratio.iter().any(|r| *r > 1.09));
         assert_eq!(found.events(&log, &aligned, &program), []);
-        // An override that goes on behind a rapid is listed as one.
+        // An override that continues after a rapid is one event.
         program.spots[30..34].iter_mut().for_each(|spot| spot.activity = Activity::Rapid);
         program.spots[34..70].iter_mut().for_each(|spot| spot.activity = Activity::Feed);
         let (log, aligned) = logged(|t| if (1.0..7.0).contains(&t) { 1.1 } else { 1.0 }, None);
@@ -220,7 +222,7 @@ mod tests {
         let (log, aligned) = logged(|_| 0.8, Some(10.0));
         let told = measured_feed(&log, &aligned, &program).unwrap();
         assert!(told.ratio[1..190].iter().all(|r| (r - 0.8).abs() < 1e-9));
-        // The same control logging what it runs: half in the corners.
+        // The same machine with the realised feed logged: half in the corners.
         let running = |p: f64| if ((p * 10.0) as usize) % 10 == 9 { 4.0 } else { 8.0 };
         let feed = aligned.program_s.iter().map(|p| running(*p)).collect();
         let log = Log { feed_mm_s: Some(feed), ..log };

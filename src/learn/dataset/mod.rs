@@ -1,5 +1,5 @@
-//! The data of a diagnosis: one row a sample, with its reading, its weight, its covariates and the columns that base
-//! coefficients multiply. In: an aligned log, or a table of steady cuts. Out: [`samples::Data`].
+//! The data of a diagnosis: one row per sample with reading, weight, covariates and the columns that base coefficients
+//! multiply. In: an aligned log, or a table of steady cuts. Out: [`samples::Data`].
 
 pub mod axes_on_meter;
 pub mod binning;

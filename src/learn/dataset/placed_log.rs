@@ -1,5 +1,5 @@
-//! A log laid along its program. In: log, alignment, what is known of the program. Out: [`PlacedLog`]: the spot of
-//! every sample, and what its tool had cut by then; the columns that the coefficients of a cut multiply.
+//! A log placed in its program. In: log, alignment, simulated program. Out: [`PlacedLog`]: the spot of every sample,
+//! the history of its tool, and the columns that cutting and edge coefficients multiply.
 
 use crate::force::contact::Engaged;
 use crate::learn::align::Aligned;
@@ -23,13 +23,13 @@ pub(in crate::learn) struct Operation {
 }
 
 impl Operation {
-    /// That of a spot.
+    /// Operation of a spot.
     pub(in crate::learn) fn of(spot: &Spot) -> Self {
         Self { tool: spot.tool, rpm: rpm_from_rps(spot.rps).round() as u32 }
     }
 }
 
-/// Every operation in which something is cut, in the order of their numbers.
+/// Every operation that cuts, by tool number and speed.
 pub(in crate::learn) fn operations(spots: &[Spot]) -> Vec<Operation> {
     let cutting = spots.iter().filter(|spot| spot.engaged.section_mm2 > 0.0);
     let mut all: Vec<Operation> = cutting.map(Operation::of).collect();
@@ -38,19 +38,19 @@ pub(in crate::learn) fn operations(spots: &[Spot]) -> Vec<Operation> {
     all
 }
 
-/// The samples laid along the program.
+/// The samples placed in the program.
 pub(in crate::learn) struct PlacedLog<'a> {
     pub(in crate::learn) log: &'a Log,
     pub(in crate::learn) known: &'a ProgramView<'a>,
     pub(in crate::learn) aligned: &'a Aligned,
     /// Spot of each sample.
     pub(in crate::learn) spot: Vec<Option<usize>>,
-    /// What lies behind the start of each spot.
-    pub(in crate::learn) behind: Vec<Behind>,
+    /// History of the tool at the start of each spot.
+    pub(in crate::learn) history: Vec<ToolHistory>,
     pub(in crate::learn) reference_rps: f64,
-    /// Tools with their spindle speeds: the operations of the program.
+    /// The operations of the program.
     pub(in crate::learn) operations: Vec<Operation>,
-    /// The feed that the log shows; `None` where it shows none.
+    /// The feed that the log shows, if any.
     pub(in crate::learn) feed: Option<MeasuredFeed>,
 }
 
@@ -66,25 +66,25 @@ impl<'a> PlacedLog<'a> {
             known,
             aligned,
             spot: aligned.program_s.iter().map(|t| known.timeline.at(*t)).collect(),
-            behind: behind(spots, &tools, known.job),
+            history: history(spots, &tools, known.job),
             reference_rps: median(&cutting).max(1e-3),
             operations: operations(spots),
             feed: measured_feed(log, aligned, known.timeline),
         }
     }
 
-    /// Measured feed over the predicted one at a sample; 1 where the log does not tell.
+    /// Measured feed over the predicted one at a sample; 1 if it is not known.
     pub(in crate::learn) fn feed_ratio(&self, i: usize) -> f64 {
         self.feed.as_ref().map_or(1.0, |feed| feed.ratio[i])
     }
 
-    /// Does the tool stand at a sample at which the program feeds?
+    /// Does the tool stand still at a sample at which the program feeds?
     pub(in crate::learn) fn stands(&self, i: usize) -> bool {
         self.feed.as_ref().is_some_and(|feed| feed.stands(i))
     }
 
-    /// What the feed of a sample makes of a column at the predicted feed: chips are as thick as the feed is large, edges
-    /// rub as long whatever it is.
+    /// Factor of the measured feed on a column at the predicted feed: chip thickness is proportional to the feed, edge
+    /// contact is independent of it.
     pub(in crate::learn) fn at_feed(&self, i: usize, class: Class) -> f64 {
         if class == Class::Cutting { self.feed_ratio(i) } else { 1.0 }
     }
@@ -93,9 +93,9 @@ impl<'a> PlacedLog<'a> {
         self.log.rps.as_ref().map_or(spot.rps, |n| n[i])
     }
 
-    /// Spots that a time lies between, with shares: its own, and in a feed move the one whose middle is nearest on the
-    /// other side. What is cut changes steadily along a move, and jumps only where another begins.
-    pub(in crate::learn) fn about(&self, time_s: f64) -> [(usize, f64); 2] {
+    /// Interpolation weights of spots at a time: its own, and in a feed move the neighbour whose middle is nearest. The
+    /// engagement is continuous along a move and may jump where another begins.
+    pub(in crate::learn) fn spot_shares(&self, time_s: f64) -> [(usize, f64); 2] {
         let spots = &self.known.timeline.spots;
         let index = self.known.timeline.at(time_s).unwrap_or(0);
         let spot = &spots[index];
@@ -106,7 +106,7 @@ impl<'a> PlacedLog<'a> {
         [(index, 1.0 - share), (if other.is_some() { next } else { index }, share)]
     }
 
-    /// What a coefficient of the cut multiplies.
+    /// Column of a cutting or edge coefficient at a spot.
     pub(in crate::learn) fn column(
         name: &str,
         quantity: Option<Quantity>,
@@ -133,7 +133,7 @@ impl<'a> PlacedLog<'a> {
         tare_factor(quantity, Some(&self.known.job.machine.spindle), rps, self.reference_rps)
     }
 
-    /// A meter reading as the power at the motor shaft that the setup makes of it.
+    /// A meter reading as power at the motor shaft, by the efficiency of the setup; other quantities unchanged.
     pub(in crate::learn) fn at_shaft(&self, reading: f64, quantity: Option<Quantity>) -> f64 {
         if quantity == Some(Quantity::Power) {
             reading * self.known.job.machine.spindle.efficiency.at(reading)
@@ -143,27 +143,27 @@ impl<'a> PlacedLog<'a> {
     }
 }
 
-/// What a tool has behind it.
+/// History of a tool.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::learn) struct Behind {
-    /// Way of its teeth in material, mm.
+pub(in crate::learn) struct ToolHistory {
+    /// Sliding distance of its teeth in material, mm.
     pub(in crate::learn) slid: Lengths,
     /// Volume that it has removed, mm³.
     pub(in crate::learn) volume_mm3: f64,
-    /// Path since it met material, mm.
+    /// Path since it entered material, mm.
     pub(in crate::learn) since_entry_mm: f64,
 }
 
-/// Way of the teeth of the tool in material over a share of a spot.
+/// Sliding distance of the teeth in material over a share of a spot.
 pub(in crate::learn) fn slid(spot: &Spot, share: f64, rps: f64, job: &Job) -> Lengths {
     let flutes = job.tool(spot.tool).map_or(1.0, |tool| f64::from(tool.flutes));
     Lengths::slid(spot.engaged.way_mm * rps * (spot.end_s - spot.start_s), spot.speed_mm_s() / (flutes * rps))
         .times(share)
 }
 
-/// What each spot's tool has behind it at the start of the spot.
-fn behind(spots: &[Spot], tools: &[u32], job: &Job) -> Vec<Behind> {
-    let mut sums = vec![Behind::default(); tools.len()];
+/// History of the tool of each spot at the start of the spot.
+fn history(spots: &[Spot], tools: &[u32], job: &Job) -> Vec<ToolHistory> {
+    let mut sums = vec![ToolHistory::default(); tools.len()];
     spots
         .iter()
         .map(|spot| {

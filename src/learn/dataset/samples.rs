@@ -1,23 +1,22 @@
-//! Measurements as the diagnosis sees them: one reading per row, beside the columns that a base coefficient multiplies
-//! and the state in which it was taken.
+//! Measurements for the diagnosis: one row per sample, with its reading, the columns that base coefficients multiply,
+//! and the state in which it was taken. A table of steady cuts and an aligned log both become [`Data`].
 //!
-//! The base model is linear: reading = Σ β_b · column_b, each column belonging to a [`Class`] that effects act on (the
-//! tare, the cutting terms, the edge terms). How the columns change with the geometry or the motion is given by further
-//! columns ([`Data::variants`]), so that an effect is only ever a cheap change of columns. A table of steady cuts and a
-//! log that was aligned with its program both end as [`Data`].
+//! The base model is linear: reading = Σ β_b · column_b. Each column belongs to a [`Class`] that effects act on (tare,
+//! cutting terms, edge terms). Changes of the columns by geometry or motion are precomputed as further columns
+//! ([`Data::variants`]), so that evaluating an effect is cheap.
 
 use crate::effects::State;
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
 
-/// What a base coefficient stands for, and so which effects act on it.
+/// Kind of a base coefficient, which decides which effects act on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Class {
-    /// Power or load without a cut.
+    /// Reading without a cut.
     Tare,
-    /// Per chip thickness (k_?c).
+    /// Cutting coefficient (k_tc, k_rc): proportional to chip thickness.
     Cutting,
-    /// Per cutting edge (k_?e).
+    /// Edge coefficient (k_te, k_re): independent of chip thickness.
     Edge,
 }
 
@@ -28,18 +27,18 @@ pub struct Base {
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// What effects act on it.
+    /// Its class.
     pub class: Class,
-    /// What the setup says of it: value and standard deviation.
+    /// Value and standard deviation by the setup.
     pub prior: Option<(f64, f64)>,
-    /// Values that physics allows.
+    /// Least and largest physical value.
     pub bounds: (f64, f64),
 }
 
 /// No bounds.
 pub const UNBOUNDED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-/// Change of every column, [`Base`] by [`Base`].
+/// Change of every column with one variant, in the order of [`Base`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct VariantColumns {
     /// What changes.
@@ -50,16 +49,16 @@ pub struct VariantColumns {
     pub columns: Vec<Vec<f64>>,
 }
 
-/// Actual over declared feed, if the machine accelerated less than declared.
+/// Realised over declared feed, if the machine accelerated less than declared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlowerMachine {
-    /// True over declared acceleration.
+    /// Acceleration over the declared one.
     pub factor: f64,
     /// Feed ratio of each sample.
     pub ratio: Vec<f64>,
 }
 
-/// Everything a diagnosis looks at.
+/// The data of a diagnosis.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Data {
     /// Base coefficients.
@@ -68,40 +67,39 @@ pub struct Data {
     pub columns: Vec<Vec<f64>>,
     /// Readings.
     pub reading: Vec<f64>,
-    /// Relative weights; 0 is left out.
+    /// Relative weights; samples of weight 0 are left out.
     pub weight: Vec<f64>,
     /// State of each sample.
     pub state: Vec<State>,
-    /// Length of time that a sample stands for, s; 0 for tables.
+    /// Time that a sample covers, s; 0 for tables.
     pub span_s: Vec<f64>,
-    /// Readings that a sample is the mean of; empty for tables.
+    /// Number of readings that a sample is the mean of; empty for tables.
     pub readings_per_sample: Vec<f64>,
-    /// Variance with which the load of a sample is known, over that of its reading: infinite where nobody knows it;
-    /// empty:
-    /// 0. What a chain with a lag keeps of such loads is known from the readings alone.
+    /// Variance of the predicted load of a sample over that of its reading: infinite if it is unknown; empty: all 0. A
+    /// lag carries uncertain loads into later samples, where only readings determine them.
     pub load_variance: Vec<f64>,
-    /// Samples with the same number follow each other without a gap (logs); in tables every sample has its own.
+    /// Number of the run of consecutive samples without a gap (logs); in tables every sample has its own.
     pub run: Vec<usize>,
     /// Measured quantity (power 0, others after it).
     pub channel: Vec<usize>,
-    /// Block for splits: pass, part, tool or stretch of time.
+    /// Block for splits: set-up, pass, part or stretch of time.
     pub block: Vec<usize>,
-    /// Kind of cut for the transfer check.
+    /// Kind of cut; in logs the operation.
     pub kind: Vec<usize>,
     /// Names of the kinds.
     pub kind_names: Vec<String>,
     /// Names of the channels.
     pub channel_names: Vec<String>,
-    /// How columns change with geometry.
+    /// Changes of the columns by geometry.
     pub variants: Vec<VariantColumns>,
     /// The runouts of [`Variant::Runout`].
     pub runouts: RunoutGrid,
-    /// How feeds change with the machine, by falling factor; the factor 1 is implied.
+    /// Feed ratios on slower machines, by falling factor; the factor 1 is implied.
     pub slower: Vec<SlowerMachine>,
-    /// Acceleration over the declared one that the times of the blocks show (with how many nats), whatever the loads
-    /// say.
+    /// Acceleration over the declared one that the block times show, with its gain in log-likelihood, nats; independent
+    /// of the loads.
     pub timed_acceleration: Option<(f64, f64)>,
-    /// What the times of the samples in the program are known to, s; 0 for tables.
+    /// Uncertainty of the program times of the samples, s; 0 for tables.
     pub clock_s: f64,
 }
 
@@ -123,7 +121,7 @@ impl Data {
     pub fn with_weights(&self, weight: Vec<f64>) -> Data {
         Data { weight, ..self.clone() }
     }
-    /// Indices of the samples that count.
+    /// Indices of the samples with weight.
     pub fn used(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.len()).filter(|i| self.weight[*i] > 0.0)
     }
@@ -134,7 +132,7 @@ impl Data {
         blocks.dedup();
         blocks
     }
-    /// Do samples follow each other in time, as in a log?
+    /// Is it a log: do most samples follow the one before without a gap?
     pub fn is_series(&self) -> bool {
         self.run.windows(2).filter(|pair| pair[0] == pair[1]).count() * 2 > self.len()
     }

@@ -1,9 +1,9 @@
-//! Steady cuts out of a log: in a log tied to its program, out one row of the table of steady cuts for every move in
-//! which engagement and speed stand still long enough, with the means of what was measured. So the log of a test
-//! program (`calibrate --plan`), or of any program, feeds a calibration.
+//! Steady cuts of a log. In: a log aligned with its program. Out: a table with one row for every move whose engagement
+//! and speed are constant long enough, with the means of the readings. So a calibration can use the log of a test
+//! program (`calibrate --plan`) or of any program.
 //!
-//! Of each feed move the longest stretch is taken in which the removed section stays within 3 % and the speed within 5
-//! % of their middle; samples closer to its ends than the alignment is certain are left out. Forces in machine axes
+//! Of each feed move the longest stretch is used in which the removal area stays within 3 % and the speed within 5 % of
+//! their medians; samples closer to its ends than the uncertainty of the alignment are left out. Forces in machine axes
 //! become x along the feed and y into the wall. Moves in air give the tare.
 
 use crate::force::closed::{Rates, SteadyCut};
@@ -17,17 +17,18 @@ use crate::machine::Job;
 
 /// Fewest samples of a cut.
 const FEWEST: usize = 4;
-/// Spread of section and speed that counts as steady.
+/// Relative deviation of removal area and speed that counts as constant.
 const SECTION: f64 = 0.03;
 const SPEED: f64 = 0.05;
 /// Least distance from the ends of a steady stretch, s.
 const GUARD_S: f64 = 0.1;
-/// Quantities that become columns: all but the force along the axis.
+/// Measured quantities that become columns: all but the axial force.
 fn measured() -> impl Iterator<Item = &'static str> {
     MEASURED.into_iter().filter(|name| *name != "force_z_n")
 }
 
-/// The steady cuts of a log, and their measured means as columns. `on_tool`: forces are on the tool, not the workpiece.
+/// The steady cuts of a log, and the means of their readings as columns. `on_tool`: forces are on the tool, not the
+/// workpiece.
 pub fn steady_cuts(
     log: &Log,
     aligned: &Aligned,
@@ -78,14 +79,14 @@ pub fn steady_cuts(
     Ok((frame, rows))
 }
 
-/// One past the last spot of the move that begins here.
+/// One past the last spot of the move of spot `first`.
 fn end_of_move(timeline: &Timeline, first: usize) -> usize {
     let own = timeline.spots[first].move_id;
     let same = |spot: &&Spot| own.is_some() && spot.move_id == own;
     first + timeline.spots[first..].iter().take_while(same).count().max(1)
 }
 
-/// Longest run of spots with the middle section and speed of the move; `None` for what is no feed move.
+/// Longest run of spots with constant removal area, speed and direction; `None` if it is no feed move.
 fn steady_stretch(spots: &[Spot]) -> Option<std::ops::Range<usize>> {
     let first = spots.first().filter(|s| s.activity == Activity::Feed && s.rps > 0.0)?;
     let level = weighted_median(spots, |s| s.engaged.section_mm2);
@@ -164,7 +165,7 @@ fn row_of(log: &Log, members: &[usize], spot: &Spot, job: &Job, order: usize) ->
     })
 }
 
-/// Means in the order of [`measured`]; forces turned into x along the feed and y into the wall, on the workpiece.
+/// Means in the order of [`measured`]; forces rotated into x along the feed and y into the wall, on the workpiece.
 fn means(log: &Log, members: &[usize], spot: &Spot, on_tool: bool) -> Vec<f64> {
     let of = |name: &str| log.measured.iter().find(|(n, _)| *n == name).map_or(f64::NAN, |(_, v)| mean(v, members));
     let sign = if on_tool { -1.0 } else { 1.0 };

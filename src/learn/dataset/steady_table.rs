@@ -1,5 +1,5 @@
-//! Tables of steady cuts: CSV rows into [`SteadyRow`]s with their removal and contact rate. The geometry comes from the
-//! depths in closed form ([`crate::force::closed`]) unless the table brings the rates itself.
+//! Tables of steady cuts. In: rows of a CSV file, tools. Out: [`SteadyRow`]s with removal and contact rate, from the
+//! depths in closed form ([`crate::force::closed`]) or as given by the table.
 
 use crate::effects::State;
 use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
@@ -21,11 +21,11 @@ pub enum Side {
     Down,
     /// Full slot.
     Slot,
-    /// A wall on both sides or none, narrower than the tool.
+    /// Axis within a cut narrower than the tool, with walls on both sides or none.
     Centre,
 }
 
-/// What a table says of the tool where it does not say it itself.
+/// A tool, for tables without its geometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TableTool {
     /// Number.
@@ -51,26 +51,26 @@ pub struct SteadyRow {
     pub group: String,
     /// Operation.
     pub kind: String,
-    /// The edge that cuts: what wears is counted from its first cut on.
+    /// The edge that cuts; wear is counted from its first cut.
     pub edge: String,
-    /// It is declared to be fresh at this cut (`wear` = 0).
+    /// Is the edge declared fresh at this cut (`wear` = 0)?
     pub is_fresh: bool,
     /// Place in the order of the tests.
     pub order: f64,
     /// The cut in closed form, straight or curved as the table says.
     pub cut: SteadyCut,
-    /// Which side.
+    /// Side of the cut.
     pub side: Side,
-    /// Rates that the table brings itself.
+    /// Rates given by the table.
     pub given: Option<Rates>,
-    /// Layer height above the tip, mm.
+    /// Height of the layer above the tip, mm.
     pub layer_height_mm: Option<f64>,
-    /// Duration, s, where it is given.
+    /// Duration, s; NaN if it is not given.
     pub duration_s: f64,
 }
 
 impl SteadyRow {
-    /// Is the wall milled against the feed?
+    /// Is it conventional (up) milling?
     pub fn is_conventional(&self) -> bool {
         self.side == Side::Up
     }
@@ -138,7 +138,7 @@ pub fn rows(frame: &Frame, tools: &[TableTool]) -> Result<Vec<SteadyRow>, DataEr
         .collect()
 }
 
-/// The edge of a cut: as the table names it, else a fresh one for every set-up (part) and tool.
+/// Name of the edge of a cut: by the table, else a new one for every set-up (part) and tool.
 fn edge_of(named: Option<String>, group: Option<String>, tool: f64) -> String {
     let of_tool = if tool.is_finite() { format!(" T{tool}") } else { String::new() };
     named.or(group).unwrap_or_default() + &of_tool
@@ -148,7 +148,7 @@ fn or(value: f64, other: f64) -> f64 {
     if value.is_finite() { value } else { other }
 }
 
-/// What the closed forms need of row `i` (from 0).
+/// Error if row `i` (from 0) lacks what the closed forms need.
 pub(in crate::learn) fn needs_geometry(row: &SteadyRow, i: usize, frame: &Frame) -> Result<(), DataError> {
     let c = &row.cut;
     let geometry = [
@@ -231,12 +231,13 @@ pub fn numbered<'a>(names: impl Iterator<Item = &'a str>) -> (Vec<usize>, Vec<St
     (numbers, known)
 }
 
-/// States in the order of the rows; what accumulates runs in the order of the tests, edge by edge.
+/// States in the order of the rows; time, sliding distance and volume accumulate in the `order` of the tests, the
+/// latter two for each edge.
 pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
     let mut states = vec![State::default(); table.len()];
     let reference = table.first().map_or(1.0, |row| row.cut.rps);
     let mut clock = 0.0;
-    // What each edge has behind it: way of its teeth in material, mm, and volume, mm³.
+    // History of each edge: sliding distance, mm, and volume, mm³.
     let mut behind: BTreeMap<&str, (Lengths, f64)> = BTreeMap::new();
     for &i in order {
         let (row, c) = (&table[i], &table[i].cut);
@@ -285,7 +286,7 @@ fn up_share(row: &SteadyRow, theta: f64) -> f64 {
     }
 }
 
-/// The same weighted with the chip thickness: sin φ over the arc.
+/// The same weighted with the chip thickness, sin φ.
 fn up_share_chip(row: &SteadyRow, theta: f64) -> f64 {
     let one_sided = if theta <= 0.5 * PI { 1.0 } else { (1.0 + theta.cos()) / (1.0 - theta.cos()) };
     match row.side {

@@ -1,9 +1,9 @@
-//! A table of steady cuts as data of a diagnosis: of a spindle reading, or where there is none of mean forces or of the layers of
-//! a ball end.
+//! A table of steady cuts as data of a diagnosis. In: a table with a spindle reading, or else mean forces or layers of
+//! a ball end. Out: [`Data`].
 //!
-//! The model of a row: power = tare·P₀(n)/P₀(n₀) + (k_tc Q + k_te A)·1e-3 W, P₀(n) the declared tare at the speed n; torque = the same
-//! over 2πn; load in percent = the same in percent of an unknown rating. Straight geometry is the base, the path's curvature an
-//! effect.
+//! Spindle power of a row: tare·P₀(n)/P₀(n₀) + (k_tc Q + k_te A)·1e-3 W, with removal rate Q, contact rate A and the
+//! declared tare P₀(n) at speed n (after Xu, Jerard, Fussell, Eq. 3.7); torque: the same over 2πn; load: the same in
+//! percent of an unknown rating. The base model has straight paths; curvature is an effect.
 
 use crate::force::closed::{Rates, SteadyCut, rates};
 use crate::learn::dataset::samples::{Data, VariantColumns};
@@ -17,8 +17,8 @@ use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
 use crate::machine::Spindle;
 
-/// Data for the diagnosis: of a spindle reading, else of mean forces, else of layers of a ball end. `to_shaft` turns a meter
-/// reading into the quantity at the motor shaft; `spindle`, where one is declared, says how its tare goes with the speed.
+/// Data of a spindle reading, else of mean forces, else of layers of a ball end. `to_shaft` converts a meter reading to
+/// the quantity at the motor shaft; the declared tare of `spindle` gives the dependence of the tare on speed.
 pub fn data(
     frame: &Frame,
     table: &[SteadyRow],
@@ -45,7 +45,7 @@ pub fn data(
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|a, b| table[*a].order.total_cmp(&table[*b].order));
     let state = states(table, &order);
-    // Of a speed that is not known, one row says nothing of how the tare goes with it.
+    // If a speed is missing, the tare cannot depend on it.
     let spindle = spindle.filter(|_| state.iter().all(|of| of.rps.is_finite()));
     let tare: Vec<f64> = state.iter().map(|of| tare_factor(quantity, spindle, of.rps, of.reference_rps)).collect();
     let columns_of = |rates_of: &dyn Fn(&SteadyRow) -> Rates| -> Vec<Vec<f64>> {
@@ -64,7 +64,7 @@ pub fn data(
         size,
         columns: difference(&columns_of(of), &straight, size),
     };
-    // Rates that the table brings itself say nothing of another path, diameter or stock.
+    // With rates given by the table those of another path, diameter or stock cannot be computed.
     let variants = if table.iter().all(|row| row.given.is_none()) {
         vec![
             change(Variant::Curved, &|row| row_rates(row, false), 1.0),
@@ -106,7 +106,8 @@ fn difference(changed: &[Vec<f64>], plain: &[Vec<f64>], size: f64) -> Vec<Vec<f6
     changed.iter().zip(plain).map(|(c, p)| c.iter().zip(p).map(|(c, p)| (c - p) / size).collect()).collect()
 }
 
-/// The wall stays where it is: a larger tool of the same path cuts deeper into it on both counts.
+/// Rates with a tool of larger diameter on the same path: in a wall half of that adds to the radial depth, in a slot
+/// all.
 fn resized(row: &SteadyRow, by: f64) -> Rates {
     let slot = row.cut.radial_depth_mm >= 0.999 * row.cut.diameter_mm;
     let more = if slot { by } else { 0.5 * by };

@@ -1,9 +1,9 @@
-//! How much a sample counts. In: samples laid along the program. Out: a weight for each, 1 where neither the alignment
-//! nor the spindle casts a doubt on it, and cells of samples that are all sure or all doubtful.
+//! Weights of the samples of a log. In: samples placed in the program. Out: a weight for each, 1 for a reliable one;
+//! cells of samples that are all reliable or all doubtful.
 //!
-//! Where an error of the alignment within the uncertainty of that very sample makes a large error e of the load, as
-//! predicted or as measured, the weight is 1/(1 + (e/σ)²), σ the noise of neighbouring samples. While the spindle
-//! changes its speed nobody knows what its mass and its drive take: there e is all that the readings range over.
+//! The weight is 1/(1 + (e/σ)²), with σ the noise of neighbouring samples and e the error of the load, predicted or
+//! measured, that an error of the alignment within its uncertainty at that sample causes. While the spindle changes its
+//! speed, the power that its mass and drive take is unknown; there e is the range of the readings.
 
 use crate::force::contact::Engaged;
 use crate::learn::dataset::placed_log::PlacedLog;
@@ -13,13 +13,13 @@ use crate::learn::program::timeline::{Activity, Spot};
 use crate::learn::program::variant::OtherGeometry;
 use crate::learn::regress::statistics::median;
 
-/// Most weight of samples while the spindle runs up, or changes tools.
+/// Largest weight of samples during run-ups and tool changes. Judgement, like the other constants here.
 const RUN_UP_WEIGHT: f64 = 1e-3;
 /// Time before and after a change of spindle speed in which readings are doubtful, s.
 const SETTLING_S: f64 = 0.35;
-/// Share by which readings of the spindle speed may differ while it is the same.
+/// Relative difference of readings of the same spindle speed.
 const SAME_SPEED: f64 = 0.02;
-/// Uncertainties of the alignment before and after a sample within which its load should not vary.
+/// Time before and after a sample in which the range of the load is taken, in standard uncertainties of the alignment.
 const DOUBT: f64 = 2.5;
 
 impl PlacedLog<'_> {
@@ -38,7 +38,7 @@ impl PlacedLog<'_> {
         std::iter::once(declared).chain((0..others.len()).filter(is_first).map(|k| other(&others[k]))).collect()
     }
 
-    /// Does the spindle change its speed about this sample?
+    /// Does the spindle change its speed within [`SETTLING_S`] of this sample?
     fn speed_settles(&self, i: usize) -> bool {
         let last = self.spot.len() - 1;
         let near = |k: &usize| (self.log.time_s[*k] - self.log.time_s[i]).abs() <= SETTLING_S;
@@ -54,9 +54,8 @@ impl PlacedLog<'_> {
         })
     }
 
-    /// Variance with which the load of a cell is known, over that of the mean of its readings, which have these
-    /// weights: nobody knows the load while the spindle changes its speed; just after that its own weight says nothing
-    /// of it.
+    /// Variance of the predicted load of a cell whose readings have these weights, over the variance of their mean:
+    /// infinite while the spindle changes its speed; 0 just after that, when low weights are not due to the load.
     pub(in crate::learn) fn load_variance(&self, last: usize, weights: &[f64]) -> f64 {
         let spot = |k: usize| self.spot[k].map(|s| &self.known.timeline.spots[s]);
         let rps = |k: usize| spot(k).map_or(0.0, |spot| self.rps(k, spot));
@@ -68,8 +67,7 @@ impl PlacedLog<'_> {
         if self.speed_settles(last) {
             return 0.0;
         }
-        // Of a sample of weight 1/(1 + (e/σ)²) the load is known to e; e is the same for neighbours, their noise is
-        // not.
+        // A sample of weight 1/(1 + (e/σ)²) has the load error e, which neighbours share; their noise is independent.
         weights.iter().map(|weight| 1.0 / weight - 1.0).sum()
     }
 
@@ -96,8 +94,8 @@ impl PlacedLog<'_> {
         settles.chunk_by(|a, b| a.1 == b.1).flat_map(of_stretch).collect()
     }
 
-    /// Range of the readings within the doubt of the alignment about each, taken as linear between neighbours. Where
-    /// many readings fall within that doubt, neighbours are the means of those of half of it: their noise is no doubt.
+    /// Range of the readings within [`DOUBT`] of each, with linear interpolation between neighbours. Readings within
+    /// half of that time are averaged first, so that their noise does not count.
     fn measured_spreads(&self, valid: &[usize], values: &[f64]) -> Vec<f64> {
         let about = |k: usize| DOUBT * self.aligned.sample_uncertainty_s[valid[k]];
         let time = |k: usize| self.log.time_s[valid[k]];
@@ -128,11 +126,11 @@ impl PlacedLog<'_> {
         (0..groups.len()).flat_map(|k| std::iter::repeat_n(spread(k), groups[k].2)).collect()
     }
 
-    /// Range of the predicted loads within the doubt of the alignment about a sample, in the geometry that varies most.
+    /// Range of the predicted loads within [`DOUBT`] of a sample, in the geometry in which it is largest.
     fn predicted_spread(&self, i: usize, loads: &[Vec<f64>]) -> f64 {
         let (at, about) = (self.aligned.program_s[i], DOUBT * self.aligned.sample_uncertainty_s[i]);
         let end_s = self.known.timeline.total_s();
-        let [first, own, last] = [at - about, at, at + about].map(|t| self.about(t.clamp(0.0, end_s)));
+        let [first, own, last] = [at - about, at, at + about].map(|t| self.spot_shares(t.clamp(0.0, end_s)));
         let [from, to] = [first[0].0, last[0].0];
         let spread = |load: &Vec<f64>| {
             let between = |about: &[(usize, f64); 2]| about.iter().map(|(k, share)| share * load[*k]).sum::<f64>();
@@ -150,7 +148,8 @@ fn weight_of(error: f64, sigma: f64) -> f64 {
     1.0 / (1.0 + (error / sigma).powi(2))
 }
 
-/// Samples of each cell: neighbours that are all sure or all doubtful, and no more than the number of cells asks for.
+/// Number of samples in each cell: neighbours that are all reliable or all doubtful, at most as many as about `count`
+/// cells need.
 pub(in crate::learn) fn cell_sizes(weights: &[f64], count: usize) -> Vec<usize> {
     let most = weights.len().div_ceil(count).max(1);
     let sure = |weight: &f64| *weight > 0.5;
@@ -158,7 +157,7 @@ pub(in crate::learn) fn cell_sizes(weights: &[f64], count: usize) -> Vec<usize> 
     stretches.flat_map(|n| std::iter::repeat_n(most, n / most).chain((n % most > 0).then_some(n % most))).collect()
 }
 
-/// Noise of neighbouring samples.
+/// Noise from neighbouring samples: median |difference| / (0.6745·√2).
 fn noise(valid: &[usize], values: &[f64]) -> f64 {
     let steps: Vec<f64> = valid.windows(2).map(|p| (values[p[1]] - values[p[0]]).abs()).collect();
     (median(&steps) / 0.954).max(1e-9)

@@ -1,5 +1,5 @@
-//! The answer of a diagnosis. In: base model and final model. Out: [`LearnReport`] with errors on data that neither was
-//! fitted on, what is left, and the verdict.
+//! The report of a diagnosis. In: base model and final model. Out: [`LearnReport`] with errors on data that neither was
+//! fitted on, the structure left in the residual, and the verdict.
 
 use nalgebra::DMatrix;
 
@@ -8,8 +8,8 @@ use crate::effects::{Covariate, Multiplies, family_of, named};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::highest_feeds::highest_feeds;
 use crate::learn::dataset::samples::{Class, Data};
-use crate::learn::diagnose::contest::word;
-use crate::learn::diagnose::criteria::{goes, is_no_worse, tells_apart};
+use crate::learn::diagnose::contest::part_name;
+use crate::learn::diagnose::criteria::{has_way, is_no_worse, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::remove;
 use crate::learn::diagnose::residual::{noise_floor, patterns};
@@ -24,7 +24,7 @@ use crate::learn::report::{Added, ChannelError, Estimate, LearnReport, Transfer,
 impl Diagnosis<'_> {
     /// Held-out errors of each measured quantity.
     fn channels(&self, begun: &Diagnosis, fitted: &Fitted) -> Vec<ChannelError> {
-        let (base, last) = (begun.unseen(&[]), self.unseen(&fitted.model.effects));
+        let (base, last) = (begun.judgement_residuals(&[]), self.judgement_residuals(&fitted.model.effects));
         let on =
             |r: &[f64], c: usize| errors(self.data, |i| if self.data.channel[i] == c { r[i] } else { f64::NAN }).rmse;
         let names = self.data.channel_names.iter().enumerate();
@@ -33,17 +33,18 @@ impl Diagnosis<'_> {
             .collect()
     }
 
-    /// The answer: what was begun from, and its base model; the final model.
+    /// The report. `begun`, `base`: the data before base terms were left out, and the base model on them; `fitted`: the
+    /// final model.
     pub(in crate::learn) fn report(&mut self, begun: &Diagnosis, base: &Fitted, fitted: &Fitted) -> LearnReport {
         let data = self.data;
         let errors_of = |f: &Fitted, d: &Data| errors(d, |i| d.reading[i] - f.predicted[i]);
         let (of_base, sure) = (certainty(&begun.train, base), certainty(&self.train, fitted));
-        let (base_test, final_test) = (begun.judged(&[]), self.judged(&fitted.model.effects));
+        let (base_test, final_test) = (begun.judgement_errors(&[]), self.judgement_errors(&fitted.model.effects));
         let added = |e: usize| self.added(e, fitted, &sure);
         let (curves, effects): (Vec<usize>, Vec<usize>) =
             (0..fitted.model.effects.len()).partition(|e| is_unnamed(fitted.model.effects[*e].effect));
         let unnamed = curves.into_iter().map(|e| {
-            let mut curve = said(added(e), &fitted.model.effects, e);
+            let mut curve = described(added(e), &fitted.model.effects, e);
             curve.family = curve.family.filter(|_| self.holds_elsewhere(&fitted.model.effects, e));
             let family = curve.family.as_deref().and_then(named);
             let of_family = |covariate: &Covariate| family.is_some_and(|effect| effect.covariates.contains(covariate));
@@ -84,19 +85,19 @@ impl Diagnosis<'_> {
         }
     }
 
-    /// What stays unexplained of the load on data left out.
+    /// Scatter of the load about the final model, relative; see [`scatter_of_load`].
     fn scatter(&self, fitted: &Fitted) -> Option<f64> {
         let cut = part(self.data, fitted, &[Class::Cutting, Class::Edge]);
-        scatter_of_load(self.data, &self.unseen(&fitted.model.effects), &cut)
+        scatter_of_load(self.data, &self.judgement_residuals(&fitted.model.effects), &cut)
     }
 
-    /// Does a curve hold on operations that it was not learned on? If its covariate varies within operations, it must not raise
-    /// the error there. If the covariate only differs from one operation to the next, it must lower it: otherwise the curve may
-    /// stand for anything else in which operations differ.
+    /// Does a curve hold on operations that it was not learned on? If its covariate varies within operations, it must
+    /// not raise the error there. If the covariate only differs from one operation to the next, it must lower it:
+    /// otherwise the curve may be a proxy for any other difference between operations.
     fn holds_elsewhere(&self, effects: &[FittedEffect], e: usize) -> bool {
-        let is_of_operations = self.is_of_operations(effects[e].effect.covariates);
+        let varies_between_operations_only = self.varies_between_operations_only(effects[e].effect.covariates);
         self.drop_elsewhere(&remove(effects, e), effects).is_none_or(|drop| {
-            if is_of_operations {
+            if varies_between_operations_only {
                 self.criteria().lowers_elsewhere(drop)
             } else {
                 !self.criteria().harms_elsewhere(drop)
@@ -104,6 +105,7 @@ impl Diagnosis<'_> {
         })
     }
 
+    /// The `e`-th effect of the final model with its parameters, evidence and doubts.
     fn added(&self, e: usize, fitted: &Fitted, sure: &Certainty) -> Added {
         let each = &fitted.model.effects[e];
         let found = self.evidence.iter().rev().find(|(name, ..)| *name == each.effect.name);
@@ -112,7 +114,7 @@ impl Diagnosis<'_> {
         let first: usize =
             fitted.model.effects[..e].iter().map(|u| u.values.len()).sum::<usize>() + fitted.model.base.len();
         let std_error = |k: usize| sure.std_error(first + k);
-        // A curve leaves out the knots that it does without.
+        // Knots that a curve does not use are not reported.
         let in_use = |k: usize| !is_unnamed(each.effect) || each.effect.parameters[k].neutral != Some(each.values[k]);
         let value = |k: usize| Estimate {
             name: each.effect.parameters[k].name.into(),
@@ -131,6 +133,7 @@ impl Diagnosis<'_> {
         }
     }
 
+    /// Errors on kinds of cuts that were not fitted, before and after.
     fn transfer(&self, base: &Fitted, fitted: &Fitted) -> Vec<Transfer> {
         let trained: Vec<usize> = self.train.used().map(|i| self.data.kind[i]).collect();
         let other = |kind: &usize| !trained.contains(kind);
@@ -160,13 +163,13 @@ fn values(data: &Data, fitted: &Fitted, sure: &Certainty) -> Vec<Estimate> {
     data.base.iter().enumerate().map(value).collect()
 }
 
-/// Of the base parameters alone.
+/// Covariance of the base coefficients, a block of that of all parameters.
 fn covariance(data: &Data, of_all: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let p = data.base.len();
     (0..p).map(|a| (0..p).map(|b| of_all[(a, b)]).collect()).collect()
 }
 
-/// What is to be said of a fitted parameter: it stands on a bound, or the data do not tell it.
+/// A doubt about a fitted parameter: it is at its bound, or its standard error is larger than its value.
 fn doubt(each: &FittedEffect, k: usize, std_error: f64) -> Option<String> {
     let (parameter, value) = (&each.effect.parameters[k], each.values[k]);
     if parameter.is_scanned() {
@@ -175,15 +178,15 @@ fn doubt(each: &FittedEffect, k: usize, std_error: f64) -> Option<String> {
     let near = |bound: f64| (value - bound).abs() <= 1e-6 * (parameter.max - parameter.min);
     let is_off = |bound: f64| parameter.neutral == Some(bound) || bound == 0.0;
     if [parameter.min, parameter.max].into_iter().any(|bound| near(bound) && !is_off(bound)) {
-        return Some(format!("{} stands on its bound ({value:.4})", parameter.name));
+        return Some(format!("{} is at its bound ({value:.4})", parameter.name));
     }
     let size = (value - parameter.neutral.unwrap_or(0.0)).abs();
     (std_error > size)
         .then(|| format!("{} is not determined ({value:.4} ± {std_error:.4} {})", parameter.name, parameter.unit))
 }
 
-/// A curve as the report has it; `effects[e]` is the one.
-fn said(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
+/// The curve `effects[e]` as it is reported.
+fn described(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
     let each = &effects[e];
     let of_curve = CURVES.iter().find(|(_, effect)| effect.name == each.effect.name);
     let (covariate, multiplies) =
@@ -192,7 +195,7 @@ fn said(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
     let knots: Vec<[f64; 2]> = knots(&each.values).into_iter().map(|[at, f]| [at * factor, f]).collect();
     let beside = effects.iter().find(|other| !is_unnamed(other.effect) && other.effect.knows(covariate, multiplies));
     let factors: Vec<f64> = knots.iter().map(|knot| knot[1]).collect();
-    let family = family_of(covariate, multiplies).filter(|effect| goes(effect.way, &factors));
+    let family = family_of(covariate, multiplies).filter(|effect| has_way(effect.way, &factors));
     let what = match multiplies {
         Multiplies::Load => "the load of the cut",
         Multiplies::Tare => "the tare",
@@ -201,7 +204,7 @@ fn said(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
     Unnamed {
         covariate: covariate.name().to_owned(),
         unit: unit.to_owned(),
-        multiplies: word(multiplies).to_owned(),
+        multiplies: part_name(multiplies).to_owned(),
         beside: beside.map(|other| other.effect.name.to_owned()),
         rivals: Vec::new(),
         family: family.filter(|_| beside.is_none()).map(|effect| effect.name.to_owned()),
@@ -215,7 +218,7 @@ fn said(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
     }
 }
 
-/// What a curve over the numbers of tools says.
+/// A curve over tool numbers in one sentence.
 fn sentence_of_tools(what: &str, knots: &[[f64; 2]]) -> String {
     let steps = knots.chunks_exact(2).filter(|pair| pair[0][0] == pair[1][0]);
     let from = |pair: &[[f64; 2]]| {
@@ -231,7 +234,7 @@ fn sentence_of_tools(what: &str, knots: &[[f64; 2]]) -> String {
     if all.is_empty() { format!("{what} differs from tool to tool") } else { all.join(", ") }
 }
 
-/// What a curve says, in one sentence: beyond a value, between two, or from one to another.
+/// A curve in one sentence: a step at a value, a level between two values, or the highest against the lowest.
 fn sentence(what: &str, covariate: &str, unit: &str, knots: &[[f64; 2]]) -> String {
     let more = |factor: f64, than: f64| {
         let percent = 100.0 * (factor / than - 1.0);
@@ -261,7 +264,7 @@ fn sentence(what: &str, covariate: &str, unit: &str, knots: &[[f64; 2]]) -> Stri
     }
 }
 
-/// Where a curve has this value: "at" a knot, or of steps "between" the two that bound the level.
+/// Where a curve has this value: "at" a knot, or "between" the two ends of a level part.
 fn stretch(knots: &[[f64; 2]], value: f64, at: impl Fn(f64) -> String) -> String {
     let there: Vec<f64> = knots.iter().filter(|knot| knot[1] == value).map(|knot| knot[0]).collect();
     match *there {
@@ -281,7 +284,7 @@ fn rounded(x: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// What no named effect explains: the first curve without a name, or a pattern that none of them took away.
+/// What no named effect explains: the first curve without a name, or the strongest pattern left in the residual.
 pub(in crate::learn) fn unexplained(
     data: &Data,
     fitted: &Fitted,
@@ -297,35 +300,44 @@ pub(in crate::learn) fn unexplained(
     }
     let residual = fitted.residuals(data);
     let found = patterns(data, &residual, &fitted.predicted, seed);
-    // That what is left persists says that it is no noise, and nothing of where it comes from.
+    // Persistence from sample to sample shows that the rest is not noise, but not its cause: a covariate is more
+    // useful.
     let strongest = found.iter().find(|pattern| !pattern.is_persistence).or(found.first())?;
     Some(Unexplained { test_r2_of_residual_structure: strongest.test_r2, largest_correlate: strongest.along.clone() })
 }
 
+/// The verdict in one sentence.
 pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
     let names: Vec<&str> = report.names().into_iter().filter(|name| report.one_of(name).is_none()).collect();
     let (before, after) = (report.base_test.rmse, report.final_test.rmse);
     let fell = format!("held-out error {before:.4} → {after:.4}");
     let found = match (names.as_slice(), report.unnamed.as_slice()) {
-        ([], _) if !report.confounded.is_empty() => format!("The residual is explained, by no single name; {fell}"),
+        ([], _) if !report.confounded.is_empty() => {
+            format!("The residual is explained, but by more than one candidate equally well; {fell}")
+        }
         ([], []) => "Nothing to add: no effect of the list explains the residual".to_owned(),
-        ([], _) => format!("No effect of the list explains the residual, a curve without a name does; {fell}"),
+        ([], _) => {
+            format!("No effect of the list explains the residual, a curve that belongs to no named effect does; {fell}")
+        }
         (some, _) => format!("The residual is explained by {}; {fell}", some.join(" and ")),
     };
     let rivals = report.confounded.iter().map(|c| {
         let safe = named(&c.names[0]).filter(|effect| effect.is_accident);
         let carried = safe.map_or_else(String::new, |effect| {
-            format!(" (a model file has {} from the beginning of the program on: the larger loads)", effect.name)
+            format!(
+                " (a model file applies {} from the start of the program, which predicts the larger loads)",
+                effect.name
+            )
         });
         format!(
-            "one of: {} - cannot be told apart on this log; parted by: {}{carried}",
+            "one of: {} - cannot be separated by this log; separated by: {}{carried}",
             c.names.join(", "),
             c.experiment
         )
     });
     let curves = report.unnamed.iter().map(|u| match (&u.family, &u.beside) {
         (Some(name), _) => format!("{name} in a form of its own: {}", u.said),
-        (None, Some(name)) => format!("beside {name}, whose law misses it: {}", u.in_words()),
+        (None, Some(name)) => format!("in addition to {name}, whose law does not cover it: {}", u.in_words()),
         (None, None) => format!("without a name: {}", u.in_words()),
     });
     let is_curve = report.nameless().next().is_some();
@@ -341,7 +353,7 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
         parts[0] = format!("Nothing to add: what is left ({after:.4}) has no structure beyond noise");
     }
     if !(report.effects.is_empty() && report.unnamed.is_empty()) && after > before {
-        parts.push("on the data kept for the judgement the error rose, so that no model rests on it".to_owned());
+        parts.push("on the data kept for the judgement the error rose, so no model is derived from it".to_owned());
     }
     parts.join("; ") + "."
 }
@@ -391,7 +403,7 @@ mod tests {
                 test_rmse_after: 1.0,
                 evidence: String::new(),
             };
-            said(added, &[each], 0).family
+            described(added, &[each], 0).family
         };
         assert_eq!(family("unnamed-load-sliding-distance", [1.0, 1.1, 1.3]).as_deref(), Some("flank-wear"));
         assert_eq!(family("unnamed-load-sliding-distance", [1.0, 1.3, 1.0]), None);
@@ -408,7 +420,7 @@ mod tests {
             values: vec![growth, 0.0, 0.1, 0.0, -1.0, 0.1],
             free: vec![true; 6],
         };
-        assert!(doubt(&with(50.0), 0, 0.1).unwrap().contains("stands on its bound"));
+        assert!(doubt(&with(50.0), 0, 0.1).unwrap().contains("is at its bound"));
         assert!(doubt(&with(0.5), 0, 0.6).unwrap().contains("not determined"));
         assert_eq!(doubt(&with(0.5), 0, 0.4), None);
     }

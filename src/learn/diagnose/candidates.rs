@@ -1,4 +1,4 @@
-//! Candidates: whether data can show an effect at all, and where the search for it begins.
+//! Candidates. In: an effect, data. Out: why the data cannot show it, or the parameter values that its fit starts from.
 
 use crate::effects::{Acts, Covariate, Effect, Geometry, Need, Parameter, Place};
 use crate::learn::dataset::samples::{Class, Data};
@@ -6,25 +6,25 @@ use crate::learn::diagnose::criteria::PLACED_BY;
 use crate::learn::diagnose::score_test::{instant, region};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::Fitted;
-use crate::learn::model::starts::{forms, product};
+use crate::learn::model::starts::{forms, start_values};
 use crate::learn::program::variant::Variant;
 
-/// Why an effect cannot be seen in these data; `None`: it can.
+/// Why these data cannot show an effect; `None` if they can.
 pub fn why_not(effect: &Effect, data: &Data) -> Option<String> {
     let moves = |geometry: &Geometry| {
         let simulated = data.variants.iter().filter(|v| v.variant == Variant::of(*geometry));
         simulated.flat_map(|v| v.columns.iter().flatten()).any(|x| x.abs() > 1e-12)
     };
     if !effect.geometry.is_empty() && !effect.geometry.iter().any(moves) {
-        return Some("these data do not show the geometry it acts on".to_owned());
+        return Some("no cut in these data changes with the geometry it acts on".to_owned());
     }
     if effect.acts == Acts::Motion && data.slower.is_empty() {
-        return Some("no motion model belongs to these data".to_owned());
+        return Some("these data have no motion model".to_owned());
     }
     effect.needs.iter().find_map(|need| lacks(*need, data))
 }
 
-/// Why data do not meet a need.
+/// Why data do not meet a requirement of an effect; `None` if they do.
 fn lacks(need: Need, data: &Data) -> Option<String> {
     let has = |class: Class| data.base.iter().any(|base| base.class == class);
     match need {
@@ -42,7 +42,7 @@ fn lacks(need: Need, data: &Data) -> Option<String> {
             let known = data.used().any(|i| covariate.of(&data.state[i]).is_finite());
             (!known).then(|| format!("{} is not known of these data", covariate.name()))
         }
-        Need::Tare => (!has(Class::Tare)).then(|| "nothing measured has a tare".to_owned()),
+        Need::Tare => (!has(Class::Tare)).then(|| "no measured quantity has a tare".to_owned()),
         Need::NoEdgeCoefficients => has(Class::Edge).then(|| "the base model has edge coefficients".to_owned()),
         Need::Samples => (data.used().count() < PLACED_BY).then(|| "too few samples to place it".to_owned()),
         Need::Series => (!data.is_series()).then(|| "steady readings have no lag".to_owned()),
@@ -55,25 +55,26 @@ fn range(covariate: Covariate, data: &Data, floor: f64) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)))
 }
 
-/// Forms of the effect and values of its parameters to begin with; empty when none are worth trying.
+/// Forms of the effect with start values of its parameters; empty if an instant or region was searched for and not
+/// found.
 pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<FittedEffect> {
     let values = if effect.is_looked_for() {
         placed(effect, data, present)
     } else if effect.changes(Geometry::Runout) && data.runouts.is_narrow() {
         vec![data.runouts.middle().to_vec()]
     } else {
-        product(effect)
+        start_values(effect)
     };
     values.iter().flat_map(|values| forms(effect, values)).collect()
 }
 
-/// The starting values with the instant or the region that the data show. What is optional of a region stays neutral
-/// until it is found: with a free shape it would follow too much as a rival of others.
+/// The start values with the instant or region found by the score test. Optional parameters of a region stay neutral in
+/// the search: with a free shape it would fit too much as a rival of other effects.
 fn placed(effect: &Effect, data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
     let is_instant = effect.parameters.iter().any(|p| p.place == Some(Place::Instant));
     let found = if is_instant { instant(data, present).map(|t| [t; 4]) } else { region(data, present) };
     let Some(found) = found else { return Vec::new() };
-    let settled = |values: Vec<f64>| -> Vec<f64> {
+    let with_place = |values: Vec<f64>| -> Vec<f64> {
         let value = |(p, start): (&Parameter, f64)| match p.place {
             Some(Place::Instant | Place::XMin) => found[0],
             Some(Place::XMax) => found[1],
@@ -83,7 +84,7 @@ fn placed(effect: &Effect, data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
         };
         effect.parameters.iter().zip(values).map(value).collect()
     };
-    let mut all: Vec<Vec<f64>> = product(effect).into_iter().map(settled).collect();
+    let mut all: Vec<Vec<f64>> = start_values(effect).into_iter().map(with_place).collect();
     all.dedup();
     all
 }
@@ -95,8 +96,8 @@ mod tests {
     use crate::learn::dataset::samples::{Base, UNBOUNDED, VariantColumns};
     use crate::path::Vec3;
 
-    /// Samples that follow each other, with a tare and cutting coefficients; x runs over `mm`, chips from 0.05 mm on by
-    /// the factor.
+    /// A log with a tare and a cutting coefficient; x runs over `mm`, chip thickness from 0.05 mm to `factor` times
+    /// that.
     fn data(n: usize, mm: f64, factor: f64) -> Data {
         let base =
             |name: &str, class| Base { name: name.into(), unit: String::new(), class, prior: None, bounds: UNBOUNDED };

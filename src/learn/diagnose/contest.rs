@@ -1,10 +1,11 @@
-//! Whether what was found stands alone. In: the diagnosis and the model at the end of a search. Out: the model in which
-//! a name has given way to what clearly explains more in its place; and beside each name that stays what explains as much.
+//! Comparison of each named effect with everything that could replace it. In: the diagnosis and the model at the end of
+//! a search. Out: the model in which a clearly better rival has replaced an effect, or for each effect the rivals it is
+//! confounded with.
 //!
-//! A name is found by what it adds to the model before it. That it is the right one shows only at the end, beside all the
-//! others: each is taken out in turn, and every other effect and every curve along what it does not follow is fitted in its
-//! place. Judged is what they leave on data left out; of the name, in any shape along its own covariates, for real effects
-//! never have the form of the list.
+//! An effect is added for what it explains beside the effects found before it; those found after it may show that
+//! another one was the cause. So each is removed in turn, and every other effect, and every curve along a covariate
+//! that it does not depend on, is fitted in its place. They are compared by their held-out residuals. The effect itself
+//! may be corrected by any curve over its own covariates, because real effects deviate from the law of the list.
 
 use crate::effects::{Covariate, Effect, Multiplies};
 use crate::learn::diagnose::diagnosis::Diagnosis;
@@ -17,24 +18,25 @@ use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::{Confounded, Rejected};
 
-/// Most rivals that are said beside a name: those with a name, best first, then the curves.
+/// Most rivals that are reported with an effect: named ones first, then curves, each best first.
 const SAID: usize = 3;
 
-/// What may stand in the place of an effect.
+/// What may replace an effect.
 enum Rival {
     Named(Trial),
     Curve(ResidualCurve),
 }
 
-/// The place of one effect in a model, without it.
+/// One effect of a model and its rivals.
 struct Contest<'a> {
     own: &'a FittedEffect,
-    /// Log-likelihood ratio of the effect there, by samples that count.
+    /// Gain of the effect (twice the log-likelihood ratio) in the model without it.
     gain: f64,
+    /// The model without the effect.
     present: Present<'a>,
-    /// What the effect leaves there on data left out, in any shape along what it follows.
+    /// Held-out residuals with the effect, corrected by the best curve over its own covariates.
     shaped: Vec<f64>,
-    /// Everything else, with what it leaves, least first.
+    /// Each rival with its held-out residuals, least first.
     rivals: Vec<(Rival, Vec<f64>)>,
 }
 
@@ -43,15 +45,15 @@ impl Rival {
         match self {
             Self::Named(trial) => trial.effect.name.to_owned(),
             Self::Curve(found) => {
-                let of = word(found.effect.multiplies);
+                let of = part_name(found.effect.multiplies);
                 format!("a curve of the {of} along {}", found.covariate.name())
             }
         }
     }
 }
 
-/// The part of a reading in a word.
-pub(in crate::learn) fn word(part: Multiplies) -> &'static str {
+/// Name of a part of the reading.
+pub(in crate::learn) fn part_name(part: Multiplies) -> &'static str {
     match part {
         Multiplies::Load => "load",
         Multiplies::Tare => "tare",
@@ -59,16 +61,16 @@ pub(in crate::learn) fn word(part: Multiplies) -> &'static str {
     }
 }
 
-/// What a contest for every place of a model comes to.
+/// Result of comparing every effect of a model with its rivals.
 pub(in crate::learn) enum Outcome {
-    /// The model with something else in the place of a name that it clearly explains more than.
+    /// The model in which a clearly better rival has replaced an effect.
     Exchanged(Fitted),
-    /// Every name holds its place; what each cannot be told from.
+    /// No rival is clearly better; the rivals that each effect is confounded with.
     Holds(Vec<Confounded>),
 }
 
 impl Diagnosis<'_> {
-    /// Holds every name of a model against what may stand in its place.
+    /// Compares every named effect of a model with its rivals.
     pub(in crate::learn) fn contested(&mut self, model: &Fitted, may_exchange: bool) -> Outcome {
         let mut in_doubt = Vec::new();
         for e in self.open_places(model) {
@@ -85,20 +87,21 @@ impl Diagnosis<'_> {
         Outcome::Holds(in_doubt)
     }
 
-    /// What a name cannot be told from.
+    /// The rivals that an effect is confounded with.
     fn doubt(&self, contest: &Contest) -> Option<Confounded> {
         let own = contest.own.effect;
         let drop = |left: &[f64]| self.drop_of(&contest.present.left, left);
         let as_good = |rival: &Rival, left: &[f64]| {
             let worse = t_statistic(&improvement_by_case(&self.train, left, &contest.shaped));
-            // An instant or a place is looked for anew without each fold: of two such the likelihood is the fairer judge.
+            // Instants and regions are searched anew without each fold, and the result varies from fold to fold. Two
+            // such effects are therefore compared by their likelihood as well.
             let are_looked_for = |trial: &Trial| own.is_looked_for() && trial.effect.is_looked_for();
             let is_as_likely = |trial: &Trial| contest.gain - trial.gain < self.criteria().confounded_within;
             let as_likely = matches!(rival, Rival::Named(trial) if are_looked_for(trial) && is_as_likely(trial));
             as_likely || self.criteria().leaves_as_much(drop(left) / drop(&contest.shaped).max(1e-12), worse)
         };
         let as_good = contest.rivals.iter().filter(|(rival, left)| as_good(rival, left)).map(|(rival, _)| rival);
-        // What a cut can part from it comes first.
+        // Named rivals first: each names the experiment that separates it.
         let (named, curves): (Vec<&Rival>, Vec<&Rival>) = as_good.partition(|rival| matches!(rival, Rival::Named(_)));
         let rivals: Vec<&Rival> = named.into_iter().chain(curves).take(SAID).collect();
         let apart = rivals.iter().filter_map(|rival| match rival {
@@ -108,33 +111,33 @@ impl Diagnosis<'_> {
         let experiment: Vec<&str> = std::iter::once(own.separated_by).chain(apart).collect();
         (!rivals.is_empty()).then(|| Confounded {
             names: std::iter::once(own.name.to_owned()).chain(rivals.iter().map(|r| r.said())).collect(),
-            why: "in its place each leaves as little on data left out".to_owned(),
+            why: "in its place each has as low a held-out error".to_owned(),
             experiment: experiment.join("; "),
         })
     }
 
-    /// The effects of a model that have a name and were found by what they leave.
+    /// Named effects of a model, except one that was fitted to the block times.
     fn open_places(&self, model: &Fitted) -> Vec<usize> {
         let is_open = |each: &FittedEffect| !is_unnamed(each.effect) && !self.is_timed(each.effect);
         (0..model.model.effects.len()).filter(|e| is_open(&model.model.effects[*e])).collect()
     }
 
-    /// See [`Contest`].
+    /// Fits the model without the `e`-th effect, and in its place the effect again and each rival.
     fn contest<'a>(&mut self, model: &'a Fitted, e: usize, without_it: &'a Fitted) -> Contest<'a> {
         let own = &model.model.effects[e];
         let present = self.present(without_it);
         let others = without_it.model.effects.iter().cloned();
         let found = fit(&self.train, &others.chain([own.clone()]).collect::<Vec<_>>(), FORM_ROUNDS);
         let found = found.unwrap_or_else(|| model.clone());
-        let (score, gain) = score_of(&self.train, without_it, &found, own.asked());
+        let (score, gain) = score_of(&self.train, without_it, &found, own.free_count());
         let trial = Trial { effect: own.effect, fitted: found, gain, score };
-        let left = self.unseen_residuals(without_it, &trial);
-        let shaped = self.less_any_shape(&trial.fitted, &left, |covariate, part| follows(own.effect, covariate, part));
+        let left = self.held_out_of_trial(without_it, &trial);
+        let shaped = self.less_best_curve(&trial.fitted, &left, |covariate, part| follows(own.effect, covariate, part));
         let mut rivals: Vec<(Rival, Vec<f64>)> = Vec::new();
         for trial in self.trials(without_it, false) {
             let sound = unphysical(trial.fitted.model.effects.last(), self.data.clock_s).is_none();
             if trial.effect.name != own.effect.name && sound && trial.score > self.threshold() {
-                let left = self.unseen_residuals(without_it, &trial);
+                let left = self.held_out_of_trial(without_it, &trial);
                 rivals.push((Rival::Named(trial), left));
             }
         }
@@ -142,15 +145,15 @@ impl Diagnosis<'_> {
             !follows(own.effect, covariate, part) && (part == Multiplies::Load || is_there_without_a_cut(covariate))
         };
         for found in self.fitted_curves(without_it, &present.left, wanted) {
-            let left = found.follows.left.clone();
+            let left = found.fit.left.clone();
             rivals.push((Rival::Curve(found), left));
         }
         rivals.sort_by(|a, b| self.drop_of(&present.left, &b.1).total_cmp(&self.drop_of(&present.left, &a.1)));
         Contest { own, gain, present, shaped, rivals }
     }
 
-    /// Does a rival leave clearly less than a name? What only grows while the program runs must show as much as a curve of its
-    /// own has to: time is the answer only where no quantity of the process is as good.
+    /// Is a rival clearly better than an effect? A curve over something that only grows while the program runs needs
+    /// the margin of a curve of its own, because it correlates with every change during the program.
     fn takes_the_place(&self, rival: &Rival, shaped: &[f64], left: &[f64]) -> bool {
         let is_late = matches!(rival, Rival::Curve(found) if rank(found.covariate) == LAST_RANK);
         let t = t_statistic(&improvement_by_case(&self.train, shaped, left));
@@ -161,8 +164,8 @@ impl Diagnosis<'_> {
         }
     }
 
-    /// The model with the best rival, where that leaves clearly less than the name in any shape, and stands every test of
-    /// what is added.
+    /// The model with the best rival, if it is clearly better than the effect with any curve over its own covariates,
+    /// and passes every test of an added effect.
     fn winner(&mut self, contest: &Contest) -> Option<Fitted> {
         let Contest { own, present, shaped, rivals, .. } = contest;
         let (rival, left) = rivals.first()?;
@@ -171,28 +174,29 @@ impl Diagnosis<'_> {
         }
         let (trial, why) = match rival {
             Rival::Named(trial) => {
-                self.shown(present, trial).ok()?;
-                let why = format!("in the place of {} it leaves less on data left out", own.effect.name);
+                self.tested(present, trial).ok()?;
+                let why = format!("in the place of {} it has a lower held-out error", own.effect.name);
                 (Trial { effect: trial.effect, fitted: trial.fitted.clone(), ..*trial }, why)
             }
             Rival::Curve(found) => {
                 let (trial, _) = self.judged_curve(present.model, &present.left, found)?;
-                (trial, format!("the curve leaves less on data left out than {} in any shape", own.effect.name))
+                (trial, format!("its held-out error is lower than that of {} with any curve", own.effect.name))
             }
         };
-        let errors = [&present.model.model.effects, &trial.fitted.model.effects].map(|each| self.judged(each).rmse);
+        let errors =
+            [&present.model.model.effects, &trial.fitted.model.effects].map(|each| self.judgement_errors(each).rmse);
         self.evidence.push((trial.effect.name, why, p_value(&trial), errors));
         self.rejected.retain(|r| r.name != trial.effect.name && r.name != own.effect.name);
         self.rejected.push(Rejected {
             name: own.effect.name.into(),
-            why: format!("{} leaves clearly less on data left out", rival.said()),
+            why: format!("{} has a clearly lower held-out error", rival.said()),
         });
         Some(trial.fitted)
     }
 }
 
-/// Is a curve along this covariate a shape of the effect? Of one that only knows how long the program has run, along
-/// anything that only grows with it.
+/// Does the effect depend on this covariate, so that a curve along it only corrects the effect's law? If all its
+/// covariates only grow while the program runs, any other such covariate counts as well.
 fn follows(effect: &Effect, covariate: Covariate, part: Multiplies) -> bool {
     let is_late = effect.covariates.iter().all(|own| rank(*own) == LAST_RANK);
     effect.knows(covariate, part) || (is_late && rank(covariate) == LAST_RANK && effect.multiplies == part)
@@ -207,7 +211,7 @@ mod tests {
     use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
     use crate::path::Vec3;
 
-    /// Blocks each cut up or climb and at a height; `share` of the load is missing there.
+    /// Blocks each cut in up or climb milling at one height; the load of each is larger by `share`.
     fn blocks(up: impl Fn(usize) -> f64, z_mm: impl Fn(usize) -> f64, share: impl Fn(usize) -> f64) -> Data {
         let state = |i: usize| State {
             time_s: i as f64,
@@ -219,7 +223,7 @@ mod tests {
         made(|i| share(i / EACH), 1.0, state)
     }
 
-    /// The contest for the place of `up-down-asymmetry`, fitted to the data.
+    /// `up-down-asymmetry` fitted to the data and compared with its rivals.
     fn contested(data: &Data) -> Outcome {
         let split = fifths(data);
         let up_down = named("up-down-asymmetry").unwrap();
@@ -229,7 +233,7 @@ mod tests {
         begun(data, &split, &options, 1.0).contested(&model, true)
     }
 
-    /// +1 or −1 for each block, by turns of `every`.
+    /// +1 or −1 for each block, alternating every `every` blocks.
     fn by_turns(every: usize) -> impl Fn(usize) -> f64 {
         move |block| if (block / every).is_multiple_of(2) { 1.0 } else { -1.0 }
     }
@@ -243,7 +247,7 @@ mod tests {
 
     #[test]
     fn a_name_gives_way_to_a_curve_that_clearly_explains_more() {
-        // What is missing goes with the height; three of four blocks above are cut up, and three of four below climb.
+        // The load depends on the height; three of four high blocks are cut up, and three of four low ones climb.
         let z = by_turns(4);
         let up = |block: usize| if block.is_multiple_of(4) { -z(block) } else { z(block) };
         let data = blocks(up, &z, |block| 0.2 * z(block));
@@ -263,7 +267,7 @@ mod tests {
 
     #[test]
     fn beside_a_name_three_that_explain_as_much_are_said_and_not_a_fourth() {
-        // Height, depth, width, curvature and speed of the spindle change together with the way of milling, as many as are asked for.
+        // The first `together` of depth, width, curvature and spindle speed change together with up and climb milling.
         let up = by_turns(1);
         let said = |together: usize| {
             let mut data = blocks(&up, by_turns(3), |block| 0.2 * up(block));
@@ -282,7 +286,7 @@ mod tests {
 
     #[test]
     fn a_name_gives_way_to_time_where_that_clearly_explains_more_and_not_where_it_explains_as_much() {
-        // What is missing begins half way. Three of four blocks before it are cut climb, three of four after it up.
+        // The load rises half way. Three of four blocks before that are cut climb, three of four after it up.
         let late = by_turns(12);
         let mostly = |block: usize| if block.is_multiple_of(4) { late(block) } else { -late(block) };
         let share = |block: usize| -0.2 * late(block);

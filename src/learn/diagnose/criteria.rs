@@ -1,16 +1,16 @@
 //! Every threshold by which learning decides: what counts as an effect, what as unexplained, what forbids a model file.
 //!
-//! Units stand in the names or the comments; shares have none. *Judgement* marks what no paper gives: those were set so
-//! that the logs of `benches/confusion` (hidden effects, development seeds) are answered rightly, and are held by its
-//! matrix and the tests of learn.
+//! Units stand in the names or the comments; shares have none. *Judgement* marks a value that no paper gives: it was
+//! set on logs with hidden effects (development seeds of `benches/confusion`) so that these are named correctly; the
+//! confusion matrix of that benchmark and the tests of learn check it.
 
 use crate::effects::Way;
 
-/// The thresholds of a diagnosis as data, so that the answers can be had with each of them halved and doubled
-/// (`benches/thresholds.rs`).
+/// The thresholds of a diagnosis as data, so that `benches/thresholds.rs` can run the diagnosis with each of them
+/// halved and doubled.
 macro_rules! thresholds {
     ($($(#[$doc:meta])* $name:ident = $value:literal;)*) => {
-        /// By what a diagnosis decides.
+        /// The thresholds of a diagnosis.
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct Criteria {
             $($(#[$doc])* pub $name: f64,)*
@@ -24,10 +24,10 @@ macro_rules! thresholds {
 
         #[cfg(feature = "rooms")]
         impl Criteria {
-            /// What each is called.
+            /// Names of the thresholds.
             pub const NAMES: &'static [&'static str] = &[$(stringify!($name),)*];
 
-            /// The same with one of them so many times as large.
+            /// The same with the named threshold multiplied by `factor`.
             #[must_use]
             pub fn times(mut self, name: &str, factor: f64) -> Self {
                 match name {
@@ -41,164 +41,169 @@ macro_rules! thresholds {
 }
 
 thresholds! {
-    /// Least score of an effect in a log: twice the log-likelihood ratio less the charge k ln n of the Bayesian information
-    /// criterion (Schwarz 1978). Kass and Raftery (1995) call 6 … 10 "strong"; where an instant or a place is searched for,
-    /// its middle is asked for.
+    /// Least score of an effect in a log. Score: twice the log-likelihood ratio less the charge k ln n of the Bayesian
+    /// information criterion (Schwarz 1978). Kass and Raftery (1995) call 6 … 10 "strong"; the middle of that is
+    /// required, because an instant or a place is searched for among many.
     least_score_of_log = 8.0;
     /// The same for tables, where nothing is searched for: the middle of "positive", 2 … 6.
     least_score_of_table = 4.0;
-    /// Rivals whose gain (twice the log-likelihood) is this close to that of the best explain the data equally well,
-    /// whatever their parameters are charged: below "strong" on the scale of Kass and Raftery.
+    /// Rivals whose gain (twice the log-likelihood ratio, without the charge for parameters) is within this of the best
+    /// explain the data equally well: below "strong" on the scale of Kass and Raftery.
     confounded_within = 6.0;
-    /// The same on data left out: least share of the drop of the best. Judgement.
+    /// A rival explains as much on held-out data: least ratio of its drop of the held-out error to that of the best.
+    /// Judgement.
     as_good = 0.85;
-    /// And most standard errors behind it. Judgement.
+    /// The same: most standard errors by which its held-out error may lie above that of the best. Judgement.
     as_good_t = 1.0;
-    /// How much more another form of an effect must score: "positive" on that scale.
+    /// Least difference of score for which another form of an effect is preferred: "positive" of Kass and Raftery.
     form_margin = 2.0;
-    /// Least relative drop of the held-out error worth an effect. Judgement.
+    /// Least relative drop of the held-out error for an effect. Judgement.
     least_drop = 0.005;
-    /// Standard errors over the blocks by which an effect must lower the held-out error: the usual one-standard-error rule
-    /// (Breiman and others 1984).
+    /// Standard errors over the blocks by which an effect must lower the held-out error: the usual one-standard-error
+    /// rule (Breiman and others 1984).
     least_t = 1.0;
-    /// Standard errors by which an effect beside others must lower the held-out error: one-sided 5 % of the normal distribution, as
-    /// the search has already taken the best once.
+    /// Standard errors by which an effect added to others must lower the held-out error: one-sided 5 % of the normal
+    /// distribution. More than `least_t`, because the search has already chosen the best of many.
     least_t_beside = 1.645;
-    /// Standard errors of a curve without a name: some forty curves of seven shapes are looked at, of which one is two
-    /// standard errors off by chance only now and then. Judgement.
+    /// Standard errors by which a curve without a name must lower the held-out error. Some forty curves of seven shapes
+    /// are compared; two standard errors by chance are rare even so. Judgement.
     curve_t = 2.0;
-    /// Least relative drop of the held-out error worth such a curve. Judgement.
+    /// Least relative drop of the held-out error for such a curve. Judgement.
     curve_drop = 0.01;
-    /// Least share of what the base model leaves beyond the noise that one effect must take away. Judgement.
+    /// Least share of the base model's excess (held-out squares beyond those of the noise) that an effect must remove.
+    /// Judgement.
     least_share = 0.08;
-    /// The same of what the effects before it leave: a small effect beside a large one. Judgement.
+    /// Or least share of the excess that the effects before it leave: admits a small effect beside a large one.
+    /// Judgement.
     least_rest = 0.3;
-    /// Least excess of the base model over the noise that shares of it refer to, as a share of its squares. Judgement.
+    /// Least excess by which such a share is divided, as a share of the base model's squares. Judgement.
     least_excess = 0.02;
-    /// Share of the squares to which the noise is known: a rest smaller than that is no rest to be explained. Judgement.
+    /// Accuracy of the noise, as a share of the squares: a smaller excess is taken for noise. Judgement.
     noise_known_to = 0.1;
-    /// What the engagement of a cut is known to, relative: removal rates over a millimetre of path
-    /// (`tests/engage_accuracy.rs`). In a long log everything is significant, the steps of the engagement itself among it,
-    /// and some effect always follows those a little.
+    /// Relative accuracy of the removal rate over a millimetre of path (`tests/engage_accuracy.rs`). In a long log the
+    /// errors of the engagement itself become significant, and some effect always correlates with them a little.
     engagement_known_to = 0.003;
-    /// Least share of the excess that a pair of effects must take away which neither shows alone. Judgement.
+    /// Least share of the excess that a pair of effects must remove together when neither is found alone. Judgement.
     pair_explains = 0.7;
-    /// Least error over the noise that makes pairs worth trying. Judgement.
+    /// Least ratio of the held-out error to the noise at which pairs are tried. Judgement.
     pair_needed = 1.3;
-    /// Most share that a pair may leave of what the base model leaves beyond the noise: two effects together follow nearly
-    /// any structure, but not to the end. Judgement.
+    /// Largest share of the base model's excess that a pair may leave: two wrong effects together fit nearly any
+    /// structure, but not completely. Judgement.
     most_left = 0.07;
-    /// The squares of a noise with memory over those that neighbouring readings show. Judgement.
+    /// Variance of an autocorrelated noise over that computed from differences of neighbouring readings. Judgement.
     noise_with_memory = 2.0;
-    /// How much worse another kind of cut may be predicted, as a share of the error. Judgement.
+    /// Relative rise of the error on another kind of cut above which an effect is refused. Judgement.
     harm = 0.02;
-    /// And by how many standard errors, before an effect is refused for it. Judgement.
+    /// Standard errors which that rise must reach as well. Judgement.
     harm_t = 1.0;
-    /// Most range of a covariate within an operation, over its range in the log, at which it changes between operations
-    /// only. A spindle keeps its speed to some percent under load (slip of an induction motor, some 3 %).
+    /// Largest ratio of a covariate's range within an operation to its range in the log at which it counts as changing
+    /// between operations only. A spindle keeps its speed under load to about 3 % (slip of an induction motor).
     steady_within = 0.05;
 }
 
-/// Share of the residual's variance that a pattern predicts on blocks it was not learned on, from which what is left is
-/// called structure; twice as much in tables, whose blocks are few. Judgement.
+/// Share of the residual's variance that a pattern must predict on blocks it was not learned on to be called structure;
+/// twice as much in tables, whose blocks are few. Judgement.
 const STRUCTURE: f64 = 0.15;
-/// An acceleration that the times of the blocks show counts below this share of the declared one, and with so many
-/// nats. Judgement.
+/// The block times show a slower machine if the fitted acceleration is below this share of the declared one and its
+/// log-likelihood is higher by at least SLOWER_NATS. Judgement.
 const SLOWER_THAN: f64 = 0.6;
 const SLOWER_NATS: f64 = 30.0;
 
-/// Fewest samples that place an instant or a region. Judgement.
+/// Fewest samples from which an instant or a region is located. Judgement.
 pub(in crate::learn) const PLACED_BY: usize = 40;
 
 impl Criteria {
-    /// Does an effect pay for its parameters?
+    /// Least score of an effect: its gain must exceed the charge for its parameters by so much.
     pub(in crate::learn) fn least_score(&self, is_log: bool) -> f64 {
         if is_log { self.least_score_of_log } else { self.least_score_of_table }
     }
 
-    /// Does it take away enough: of what the base model leaves beyond the noise, or of what the effects before it leave?
+    /// Does an effect remove enough? `share`: of the base model's excess over the noise; `of_rest`: of what the effects
+    /// before it leave.
     pub(in crate::learn) fn takes_enough(&self, share: f64, of_rest: f64) -> bool {
         share >= self.least_share || of_rest >= self.least_rest
     }
 
-    /// Is the held-out error lower, by its size and by the scatter of the blocks?
+    /// Is the held-out error lower? `drop`: relative; `t`: mean improvement over its standard error between blocks.
     pub(in crate::learn) fn lowers_held_out(&self, drop: f64, t: f64) -> bool {
         drop >= self.least_drop && t >= self.least_t
     }
 
-    /// The same of an effect beside those that were found before it.
+    /// The same for an effect added to those found before it.
     pub(in crate::learn) fn lowers_held_out_beside(&self, drop: f64, t: f64) -> bool {
         drop >= self.least_drop && t >= self.least_t_beside
     }
 
-    /// Does a rival leave as little on data left out as the best? `share`: of its drop; `t`: of what the best leaves less.
+    /// Is a rival's held-out error as low as the best one's? `share`: its drop over that of the best; `t`: by how many
+    /// standard errors the best is lower.
     pub(in crate::learn) fn leaves_as_much(&self, share: f64, t: f64) -> bool {
         share >= self.as_good && t < self.as_good_t
     }
 
-    /// Does one take nearly all of what another takes, by their drops of the held-out error?
+    /// Does one lower the held-out error nearly as much as another? `share`: its drop over the other's.
     pub(in crate::learn) fn takes_as_much(&self, share: f64) -> bool {
         share >= self.as_good
     }
 
-    /// Does a residual follow a curve over a covariate?
+    /// Does a residual follow a curve over a covariate? Arguments as for [`Self::lowers_held_out`].
     pub(in crate::learn) fn follows_a_curve(&self, drop: f64, t: f64) -> bool {
         drop >= self.curve_drop && t >= self.curve_t
     }
 
-    /// Do two effects explain together enough of what neither shows alone?
+    /// Do two effects together remove enough? `share`: of the base model's excess over the noise.
     pub(in crate::learn) fn pair_explains(&self, share: f64, t: f64) -> bool {
         share >= self.pair_explains && t >= self.least_t
     }
 
-    /// Is there so much beyond the noise that pairs are worth trying?
+    /// Is the held-out error so far above the noise that pairs are tried?
     pub(in crate::learn) fn pairs_are_worth_it(&self, error: f64, noise: f64) -> bool {
         error >= self.pair_needed * noise
     }
 
-    /// Is more than a small share left of what lies beyond any noise?
+    /// Is more than a small share of the excess left? Arguments: squares beyond the noise, before and after.
     pub(in crate::learn) fn leaves_much(&self, beyond_before: f64, beyond_after: f64) -> bool {
         beyond_after > self.most_left * beyond_before
     }
 
-    /// Does an effect make a kind of cut worse that it was not fitted on? `ratio`: its error with over without; `t`: of the
-    /// improvement.
+    /// Does an effect raise the error on a kind of cut that it was not fitted on? `ratio`: error with the effect over
+    /// error without; `t`: mean improvement over its standard error, negative where the error rises.
     pub(in crate::learn) fn harms(&self, ratio: f64, t: f64) -> bool {
         ratio > 1.0 + self.harm && t < -self.harm_t
     }
 
-    /// Does an effect raise the error over operations that were left out in turn? `drop`: by how much it falls.
+    /// Does an effect raise the error when each operation is left out in turn? `drop`: relative fall of that error.
     pub(in crate::learn) fn harms_elsewhere(&self, drop: f64) -> bool {
         drop < -self.harm
     }
 
-    /// Does it lower that error, so that a curve earns the name of a family?
+    /// Does it lower that error? Required for a curve to be reported under the name of an effect.
     pub(in crate::learn) fn lowers_elsewhere(&self, drop: f64) -> bool {
         drop >= self.least_drop
     }
 
-    /// Is a covariate the same all through an operation? `within`: its range there; `all`: its range over the log.
+    /// Is a covariate constant within an operation? `within`: its range there; `all`: its range over the log.
     pub(in crate::learn) fn is_steady_within(&self, within: f64, all: f64) -> bool {
         within <= self.steady_within * all
     }
 
-    /// Does a pattern without a name explain clearly more than a named effect? `t`: mean improvement over its standard
-    /// error, block by block; no less than a named effect has to show.
+    /// Does a rival explain clearly more? `t`: mean improvement over its standard error between blocks; the threshold
+    /// is that of a named effect.
     pub(in crate::learn) fn is_clearly_better(&self, t: f64) -> bool {
         t > self.least_t
     }
 }
 
-/// Is a pattern of the residual called structure?
+/// Is a pattern of the residual structure? `test_r2`: share of the variance predicted on blocks it was not learned on.
 pub(in crate::learn) fn is_structure(test_r2: f64, is_log: bool) -> bool {
     test_r2 > if is_log { STRUCTURE } else { 2.0 * STRUCTURE }
 }
 
-/// Most that a curve may go back of what it goes forward, and still go one way. Judgement.
+/// Largest fall of a curve, as a share of its rise, at which it still counts as rising; likewise for falling curves.
+/// Judgement.
 const GOES_BACK: f64 = 0.25;
 
-/// Does a curve through these values go this way?
-pub(in crate::learn) fn goes(way: Way, values: &[f64]) -> bool {
+/// Does a curve through these values rise, fall or have no peak, as `way` requires?
+pub(in crate::learn) fn has_way(way: Way, values: &[f64]) -> bool {
     let rises = |sign: f64| values.windows(2).map(|pair| (sign * (pair[1] - pair[0])).max(0.0)).sum::<f64>();
     let (up, down) = (rises(1.0), rises(-1.0));
     match way {
@@ -218,18 +223,19 @@ fn range(values: &[f64]) -> [f64; 2] {
     values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)])
 }
 
-/// Most times that a load turns back along a quantity of the cut: one peak or one trough, as at a resonance or an optimum speed.
-/// Judgement.
+/// Most turning points of a load over a quantity of the cut: one peak or one trough, as at a resonance or an optimum
+/// speed. Judgement.
 pub(in crate::learn) const MOST_TURNS: usize = 1;
 
-/// The same along a place: a layer, or a zone, between two others. Judgement.
+/// The same along a position: a layer or zone between two others. Judgement.
 pub(in crate::learn) const MOST_TURNS_OF_A_PLACE: usize = 2;
 
-/// Least share of Σ w l² in a part of a curve whose height counts for its way. Judgement.
+/// Parts of a curve with less than this share of Σ w l² (weight w, load l) are ignored when its turning points are
+/// counted. Judgement.
 pub(in crate::learn) const LEAST_WEIGHT: f64 = 0.02;
 
-/// How often a curve through these values turns back, by more than [`GOES_BACK`] of its range.
-pub(in crate::learn) fn turns(values: &[f64]) -> usize {
+/// How often a curve through these values reverses by more than [`GOES_BACK`] of its range.
+pub(in crate::learn) fn turning_points(values: &[f64]) -> usize {
     let [lowest, highest] = range(values);
     let least = GOES_BACK * (highest - lowest);
     let (mut turns, mut way, mut farthest) = (0, 0.0, values.first().copied().unwrap_or(0.0));
@@ -245,55 +251,59 @@ pub(in crate::learn) fn turns(values: &[f64]) -> usize {
     turns
 }
 
-/// Do the times of the blocks show a slower machine?
+/// Do the block times show a slower machine? `factor`: fitted over declared acceleration; `nats`: gain in
+/// log-likelihood.
 pub(in crate::learn) fn is_slower(factor: f64, nats: f64) -> bool {
     factor < SLOWER_THAN && nats > SLOWER_NATS
 }
 
-/// Least rise of a factor over a log that is worth a word, and over its standard error: of a jump, whose instant is
-/// searched for among the windows, and of a steady rise. Judgement.
+/// Least rise of a factor on a base coefficient over a log that is reported, and least ratio to its standard error: for
+/// a jump (more, because its instant is searched for among the windows) and for a steady rise. Judgement.
 const LEAST_CHANGE: f64 = 0.05;
 const JUMP_STANDS_OUT: f64 = 6.0;
 const RISE_STANDS_OUT: f64 = 4.0;
 
-/// Do the coefficients jump within a log?
+/// Does a coefficient jump within a log? `by`: rise of its factor; `error`: its standard error.
 pub(in crate::learn) fn is_jump(by: f64, error: f64) -> bool {
     by > LEAST_CHANGE && by > JUMP_STANDS_OUT * error
 }
 
-/// Do they rise steadily over a log?
+/// Does it rise steadily over a log? Arguments as for [`is_jump`].
 pub(in crate::learn) fn is_rise(by: f64, error: f64) -> bool {
     by > LEAST_CHANGE && by > RISE_STANDS_OUT * error
 }
 
-/// Share of the samples that may be misplaced before the log is that of another program: a load is never followed
-/// exactly. Judgement.
+/// Share of samples that do not fit the program above which the log is taken for that of another one; larger where the
+/// log was aligned by its load, which a prediction never matches exactly. Judgement.
 const MISFIT: f64 = 0.3;
 const MISFIT_OF_LOAD: f64 = 0.6;
-/// Least share of the program that a log must cover to support a model, and below which it is said. Judgement.
+/// Least share of the program that a log must cover to support a model; below the second, the share is reported.
+/// Judgement.
 const COVERED: f64 = 0.3;
 const COVERED_UNSAID: f64 = 0.9;
-/// Most share of the samples in feed moves at which the tool may stand. Judgement.
+/// Largest share of the samples in feed moves at which the tool may stand still. Judgement.
 const STANDING: f64 = 0.5;
-/// Time of the log over that of the program, beyond which the unit of the clock is wrong rather than the machine slow.
+/// Range of the ratio of log time to program time outside which the unit of the clock is wrong rather than the machine
+/// slow.
 const STRETCH: [f64; 2] = [0.1, 10.0];
-/// Measured loads or coefficients over declared ones, beyond which units are wrong rather than the material: inches for
-/// mm, kN for N and kW for W differ by 25 and more; pounds for newtons (4.4) pass.
+/// Range of the ratio of measured to declared loads or coefficients outside which units are wrong rather than the
+/// material: inches for mm, kN for N and kW for W give factors of 25 and more; pounds for newtons (4.4) are not
+/// detected.
 const OVER_DECLARED: [f64; 2] = [0.05, 20.0];
 /// Tangential cutting coefficients of materials that are milled, wood to superalloys, N/mm².
 const MATERIALS_N_MM2: [f64; 2] = [20.0, 20_000.0];
-/// Share of the variance below which a model explains next to nothing: of a log or table, and of a calibration.
-/// Judgement.
+/// R² below which a model explains next to nothing: of a log or table, and of a calibration. Judgement.
 const NEXT_TO_NOTHING: f64 = 0.2;
 const NEXT_TO_NOTHING_OF_CALIBRATION: f64 = 0.3;
-/// Condition number of the base fit from which its coefficients are not told apart: half the digits of a double.
+/// Condition number of the base fit from which its coefficients cannot be separated. Judgement.
 const INDISTINCT: f64 = 1e6;
-/// Error with the effects over that without, on data kept for the judgement, beyond which they support no model.
+/// Ratio of the error with the effects to that without, on the data kept for the judgement, above which no model is
+/// written.
 const WORSE: f64 = 1.001;
 /// Standard errors below zero from which a coefficient is negative and not merely uncertain.
 const NEGATIVE: f64 = 2.0;
 
-/// Do so many samples not fit that it is the log of another program?
+/// Is it the log of another program? `misfit`: share of samples that do not fit; `by_load`: aligned by the load.
 pub(in crate::learn) fn is_of_another_program(misfit: f64, by_load: bool) -> bool {
     misfit > if by_load { MISFIT_OF_LOAD } else { MISFIT }
 }
@@ -303,23 +313,23 @@ pub(in crate::learn) fn covers_too_little(share: f64) -> bool {
     share < COVERED
 }
 
-/// Does the tool stand for so much of the feed moves that its positions are not those of the program? An operator who
-/// holds it for as long as the program runs is none that coefficients should come from.
+/// Does the tool stand still in too large a share of the feed-move samples for the positions to be those of the
+/// program? A run that the operator held for so long is not used for coefficients either.
 pub(in crate::learn) fn stands_too_long(share: f64) -> bool {
     share > STANDING
 }
 
-/// Is it worth a word that a log does not cover all of its program?
+/// Does a log leave out so much of its program that this is reported?
 pub(in crate::learn) fn covers_in_part(share: f64) -> bool {
     share < COVERED_UNSAID
 }
 
-/// Is the time of a log over that of its program one that machines have?
+/// Is this ratio of logged time to program time possible for a machine?
 pub(in crate::learn) fn is_stretch_of_a_machine(stretch: f64) -> bool {
     (STRETCH[0]..=STRETCH[1]).contains(&stretch)
 }
 
-/// Is a measured load or coefficient over the declared one that of a material, and not of a wrong unit?
+/// Can the ratio of a measured load or coefficient to the declared one come from the material rather than a wrong unit?
 pub(in crate::learn) fn is_ratio_of_materials(ratio: f64) -> bool {
     (OVER_DECLARED[0]..=OVER_DECLARED[1]).contains(&ratio)
 }
@@ -329,28 +339,28 @@ pub(in crate::learn) fn is_of_a_material(k_tc_n_mm2: f64) -> bool {
     (MATERIALS_N_MM2[0]..=MATERIALS_N_MM2[1]).contains(&k_tc_n_mm2)
 }
 
-/// Does a model explain next to nothing of a log or a table?
+/// Does a model explain next to nothing of a log or table?
 pub(in crate::learn) fn explains_next_to_nothing(r2: f64) -> bool {
     r2 < NEXT_TO_NOTHING
 }
 
-/// The same of a calibration.
+/// The same for a calibration.
 pub(in crate::learn) fn is_no_calibration(r2: f64) -> bool {
     r2.is_nan() || r2 < NEXT_TO_NOTHING_OF_CALIBRATION
 }
 
-/// Are the base coefficients told apart?
+/// Can the base coefficients be separated?
 pub(in crate::learn) fn tells_apart(condition: f64) -> bool {
     condition < INDISTINCT
 }
 
-/// Is the error on the data kept for the judgement no larger with the effects than without? By more than a tenth of a
-/// percent: the judgement has its own noise.
+/// Is the error on the data kept for the judgement no larger with the effects than without? A tenth of a percent is
+/// allowed for noise.
 pub(in crate::learn) fn is_no_worse(before: f64, after: f64) -> bool {
     after <= before * WORSE
 }
 
-/// Is a coefficient negative beyond its error?
+/// Is a coefficient negative by more than its uncertainty?
 pub(in crate::learn) fn is_negative(value: f64, std_error: f64) -> bool {
     value < -NEGATIVE * std_error
 }
@@ -359,7 +369,7 @@ pub(in crate::learn) fn is_negative(value: f64, std_error: f64) -> bool {
 mod tests {
     use super::*;
 
-    /// What is let through, and beside it what is stopped.
+    /// For every threshold a value that passes and one that does not.
     #[test]
     fn an_effect_is_named_on_one_side_of_every_threshold_and_not_on_the_other() {
         let c = Criteria::default();
@@ -396,23 +406,27 @@ mod tests {
 
     #[test]
     fn a_curve_goes_one_way_though_it_goes_back_a_little() {
-        assert!(goes(Way::Up, &[1.0, 1.2, 1.16, 1.3]) && !goes(Way::Up, &[1.0, 1.2, 1.1, 1.2]));
-        assert!(goes(Way::Down, &[1.3, 1.0]) && !goes(Way::Down, &[1.0, 1.3, 1.0]) && !goes(Way::Up, &[1.0, 1.3, 1.0]));
-        assert!(goes(Way::Either, &[1.0, 1.3, 1.0]));
+        assert!(has_way(Way::Up, &[1.0, 1.2, 1.16, 1.3]) && !has_way(Way::Up, &[1.0, 1.2, 1.1, 1.2]));
         assert!(
-            goes(Way::NoPeak, &[1.3, 1.0, 1.2])
-                && goes(Way::NoPeak, &[1.0, 1.3])
-                && goes(Way::NoPeak, &[1.0, 1.3, 1.28])
+            has_way(Way::Down, &[1.3, 1.0])
+                && !has_way(Way::Down, &[1.0, 1.3, 1.0])
+                && !has_way(Way::Up, &[1.0, 1.3, 1.0])
         );
-        assert!(!goes(Way::NoPeak, &[1.0, 1.3, 1.0]));
+        assert!(has_way(Way::Either, &[1.0, 1.3, 1.0]));
+        assert!(
+            has_way(Way::NoPeak, &[1.3, 1.0, 1.2])
+                && has_way(Way::NoPeak, &[1.0, 1.3])
+                && has_way(Way::NoPeak, &[1.0, 1.3, 1.28])
+        );
+        assert!(!has_way(Way::NoPeak, &[1.0, 1.3, 1.0]));
     }
 
     #[test]
     fn a_curve_turns_back_where_it_goes_back_by_more_than_a_quarter_of_its_range() {
-        assert_eq!(turns(&[1.0, 1.1, 1.3]), 0);
-        assert_eq!(turns(&[1.0, 1.3, 1.0]), 1);
-        assert_eq!(turns(&[1.0, 1.3, 1.24, 1.3]), 0);
-        assert_eq!([turns(&[1.0, 1.3, 1.0, 1.06]), turns(&[1.0, 1.3, 1.0, 1.1])], [1, 2]);
+        assert_eq!(turning_points(&[1.0, 1.1, 1.3]), 0);
+        assert_eq!(turning_points(&[1.0, 1.3, 1.0]), 1);
+        assert_eq!(turning_points(&[1.0, 1.3, 1.24, 1.3]), 0);
+        assert_eq!([turning_points(&[1.0, 1.3, 1.0, 1.06]), turning_points(&[1.0, 1.3, 1.0, 1.1])], [1, 2]);
     }
 
     #[test]

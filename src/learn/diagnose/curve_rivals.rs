@@ -1,8 +1,8 @@
-//! What a curve without a name cannot be told from. In: a diagnosis and the model at its end. Out: the covariates along
-//! which another curve explains as much in its place, on data left out.
+//! What a curve without a name is confounded with. In: a diagnosis and the model at its end. Out: the covariates along
+//! which another curve in its place has as low a held-out error.
 //!
-//! Covariates go together in a program: the deeper pass is the later one, and lies lower. Then every curve over one of
-//! them follows what any of them does, and which it is only other cuts can show.
+//! Covariates of a program are correlated: the deeper pass is also later and lower. A curve over any of them then
+//! explains the same, and only other cuts can show which one is the cause.
 
 use crate::effects::Covariate;
 use crate::learn::diagnose::diagnosis::Diagnosis;
@@ -11,11 +11,12 @@ use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_c
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::fit;
 
-/// Most covariates that are said beside that of a curve: more say no more than that nobody knows.
+/// Most covariates that are reported with that of a curve.
 const SAID: usize = 2;
 
 impl Diagnosis<'_> {
-    /// The covariates along which a curve in the place of the curve `effects[e]` leaves as little, least first.
+    /// The covariates along which a curve in the place of the curve `effects[e]` has as low a held-out error, lowest
+    /// first.
     pub(in crate::learn) fn rivals_of_curve(&self, effects: &[FittedEffect], e: usize) -> Vec<Covariate> {
         let Some(without_it) = fit(&self.train, &remove(effects, e), FORM_ROUNDS) else { return Vec::new() };
         let before = held_out_residuals(&self.train, &without_it.model.effects, self.split);
@@ -24,9 +25,9 @@ impl Diagnosis<'_> {
         let drop = |left: &[f64]| self.drop_of(&before, left);
         let mut rivals: Vec<Covariate> = Vec::new();
         for each in &found {
-            let worse = t_statistic(&improvement_by_case(&self.train, &each.follows.left, &own.follows.left));
+            let worse = t_statistic(&improvement_by_case(&self.train, &each.fit.left, &own.fit.left));
             let is_as_good =
-                self.criteria().leaves_as_much(drop(&each.follows.left) / drop(&own.follows.left).max(1e-12), worse);
+                self.criteria().leaves_as_much(drop(&each.fit.left) / drop(&own.fit.left).max(1e-12), worse);
             if is_as_good && each.covariate != own.covariate && !rivals.contains(&each.covariate) {
                 rivals.push(each.covariate);
             }
@@ -45,12 +46,12 @@ mod tests {
     use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
     use crate::path::Vec3;
 
-    /// +1 or −1 for each block, by turns of `every`.
+    /// +1 or −1 for each block, alternating every `every` blocks.
     fn by_turns(every: usize) -> impl Fn(usize) -> f64 {
         move |block| if (block / every).is_multiple_of(2) { 1.0 } else { -1.0 }
     }
 
-    /// What is said with z of the curve over z that the load follows, in blocks that each have a depth.
+    /// Covariates reported beside z if the load follows z and each block has a depth.
     fn rivals(depth_mm: impl Fn(usize) -> f64) -> Vec<Covariate> {
         let (along, mut all) = curve(|block| State { axial_depth_mm: 3.0 + depth_mm(block), ..State::default() });
         all.push(along);
@@ -59,7 +60,7 @@ mod tests {
         all
     }
 
-    /// The covariate of the curve that is found where the load follows z, and what is said beside it.
+    /// The covariate of the curve that is found if the load follows z, and its rivals.
     fn curve(of_block: impl Fn(usize) -> State) -> (Covariate, Vec<Covariate>) {
         let z = by_turns(1);
         let place = |i: usize| Vec3::new((i * 31 % EACH) as f64, 0.0, z(i / EACH));
@@ -68,7 +69,7 @@ mod tests {
         let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
         let mut diagnosis = begun(&data, &split, &options, 1.0);
         let plain = fit(&data, &[], 0).unwrap();
-        let found = diagnosis.with_unnamed(&plain).unwrap();
+        let found = diagnosis.with_best_curve(&plain).unwrap();
         let along = found.model.effects[0].effect.covariates[0];
         (along, diagnosis.rivals_of_curve(&found.model.effects, 0))
     }
@@ -77,7 +78,7 @@ mod tests {
     fn what_goes_with_the_covariate_of_a_curve_is_said_beside_it_and_what_does_not_is_not() {
         assert_eq!(rivals(by_turns(1)), [Covariate::AxialDepth]);
         assert!(rivals(by_turns(3)).is_empty());
-        // Of more than two that go with it two.
+        // Of three correlated covariates two are reported.
         let z = by_turns(1);
         let all = |block: usize| State {
             axial_depth_mm: 3.0 + z(block),
@@ -86,7 +87,7 @@ mod tests {
             ..State::default()
         };
         assert_eq!(curve(all).1.len(), SAID);
-        // The depth goes with z in all blocks but a few.
+        // The depth follows z in all blocks but a few.
         assert!(rivals(|block| if block % 7 == 0 { -z(block) } else { z(block) }).is_empty());
     }
 }

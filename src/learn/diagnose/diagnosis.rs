@@ -1,11 +1,11 @@
-//! A diagnosis as it stands: its data and split, what was tried, refused and believed so far.
+//! The state of a diagnosis: its data and split, and what was tried, rejected and accepted so far.
 
 use crate::effects::{Acts, Covariate, Effect};
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::criteria::Criteria;
 use crate::learn::diagnose::free_curve::Along;
-use crate::learn::diagnose::memory::Memory;
 use crate::learn::diagnose::trial::Trial;
+use crate::learn::diagnose::trial_cache::TrialCache;
 use crate::learn::model::cross_validation::Split;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::report::Rejected;
@@ -19,9 +19,10 @@ pub struct Options {
     pub max_effects: usize,
     /// Seed of the permutation tests.
     pub seed: u64,
-    /// Effects that the model begins with: those of a model learned before. They stay where they still pay.
+    /// Effects of a model learned before, with which the search begins. Those that no longer earn their score are
+    /// removed.
     pub known: Vec<FittedEffect>,
-    /// By what it decides.
+    /// Thresholds.
     pub criteria: Criteria,
 }
 
@@ -40,24 +41,29 @@ impl Default for Options {
 /// See the head of the file.
 #[derive(Clone)]
 pub(in crate::learn) struct Diagnosis<'a> {
+    /// All samples.
     pub(in crate::learn) data: &'a Data,
+    /// The same without weight on those kept for the judgement.
     pub(in crate::learn) train: Data,
     pub(in crate::learn) split: &'a Split,
     pub(in crate::learn) options: &'a Options,
+    /// Number of models fitted, for the Bonferroni correction.
     pub(in crate::learn) tried: usize,
     pub(in crate::learn) rejected: Vec<Rejected>,
+    /// Of each accepted effect: name, evidence in words, p value, error on the data kept for the judgement before and
+    /// after.
     pub(in crate::learn) evidence: Vec<(&'static str, String, f64, [f64; 2])>,
-    /// Two effects that explain the residual only together: neither stays without the other.
+    /// Two effects that explain the residual only together: if one is removed, so is the other.
     pub(in crate::learn) pair: Vec<&'static str>,
     /// Held-out residual of the base model on the training blocks.
     pub(in crate::learn) base_residual: Vec<f64>,
-    /// Noise of neighbouring readings; 0 where it is not known.
+    /// Noise floor, unit of the scaled reading; 0 if it is not known.
     pub(in crate::learn) floor: f64,
-    /// The same with what they share.
+    /// The same for autocorrelated noise.
     pub(in crate::learn) noise: f64,
-    /// What was tried so far, on these data with these weights.
-    pub(in crate::learn) memory: Memory,
-    /// The samples along every covariate that a curve may follow.
+    /// Trials fitted so far on these data and weights.
+    pub(in crate::learn) cache: TrialCache,
+    /// The samples in order of each covariate that a curve may follow.
     pub(in crate::learn) along: Vec<(Covariate, Along)>,
 }
 
@@ -66,11 +72,12 @@ impl Diagnosis<'_> {
         &self.options.criteria
     }
 
-    /// The samples along a covariate.
+    /// The samples in order of a covariate.
     pub(in crate::learn) fn along(&self, covariate: Covariate) -> Option<&Along> {
         self.along.iter().find(|(each, _)| *each == covariate).map(|(_, along)| along)
     }
 
+    /// Is it the slower acceleration that was fitted to the block times?
     pub(in crate::learn) fn is_timed(&self, effect: &Effect) -> bool {
         self.data.timed_acceleration.is_some() && effect.acts == Acts::Motion
     }
@@ -85,6 +92,7 @@ impl Diagnosis<'_> {
         self.rejected.push(Rejected { name: trial.effect.name.into(), why });
     }
 
+    /// Kinds of cuts (operations of a log) in the data; empty if there is only one.
     pub(in crate::learn) fn kinds(&self) -> Vec<usize> {
         let mut kinds: Vec<usize> = self.data.used().map(|i| self.data.kind[i]).collect();
         kinds.sort_unstable();

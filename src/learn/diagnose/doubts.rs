@@ -1,5 +1,5 @@
-//! Why no model should rest on data. In: an aligned log with its report, or the parameters of a fit and what the setup
-//! declares. Out: one clause for each doubt, with the likely cause.
+//! Reasons against using a fit as a model. In: an aligned log with its report, or the parameters of a fit and the
+//! coefficients that the setup declares. Out: one clause for each doubt, with the likely cause.
 
 use crate::learn::align::{Aligned, Method, stretch};
 use crate::learn::dataset::measured_feed::measured_feed;
@@ -13,7 +13,7 @@ use crate::learn::model::fit::{certainty, fit};
 use crate::learn::program::timeline::Timeline;
 use crate::learn::report::{Estimate, LearnReport};
 
-/// Time in motion at an end of the program that no sample belongs to, beyond which it is said, s.
+/// Time in motion at either end of the program without a sample, above which it is reported, s. Judgement.
 const UNSEEN_S: f64 = 1.0;
 
 /// Doubts about a log that was aligned with its program.
@@ -34,7 +34,7 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
     let standing = measured_feed(log, aligned, timeline).map_or(0.0, |feed| feed.standing(aligned, timeline));
     if stands_too_long(standing) {
         doubts.push(format!(
-            "the tool stands in {:.0} % of the samples at which the program feeds: are the units of the positions right?",
+            "the tool stands still in {:.0} % of the feed-move samples: are the units of the positions right?",
             100.0 * standing
         ));
     }
@@ -44,9 +44,7 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
     }
     let stretch = stretch(aligned, log);
     if !is_stretch_of_a_machine(stretch) {
-        doubts.push(format!(
-            "the clock of the log takes {stretch:.3} times as long as the program: is the unit of its time right?"
-        ));
+        doubts.push(format!("the log lasts {stretch:.3} times as long as the program: is the unit of its time right?"));
     }
     let declared = data.base.iter().find(|b| b.name == "k_tc").and_then(|b| b.prior).map(|(value, _)| value);
     doubts.extend(of_coefficients(&unaided(data), declared));
@@ -63,11 +61,11 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
 
 /// Doubts about a table of steady cuts.
 pub fn of_table(report: &LearnReport, data: &Data, declared_k_tc: Option<f64>) -> Vec<String> {
-    let is_told = |value: &&Estimate| report.left_out.iter().all(|left| left.name != value.name);
-    let told: Vec<Estimate> = report.base.iter().filter(is_told).cloned().collect();
+    let is_determined = |value: &&Estimate| report.left_out.iter().all(|left| left.name != value.name);
+    let told: Vec<Estimate> = report.base.iter().filter(is_determined).cloned().collect();
     let mut doubts = of_coefficients(&told, declared_k_tc);
     doubts.extend(negative(&report.base));
-    // Relative forces are all ±1: their own variance says nothing.
+    // Relative forces are all ±1: their R² has no meaning.
     let spread = data.variants.is_empty() && data.base.iter().any(|b| b.name == "k_rc");
     if explains_next_to_nothing(report.base_train.r2) && report.effects.is_empty() && !spread {
         doubts.push("the cuts explain next to nothing of what was measured: are columns swapped?".into());
@@ -95,22 +93,22 @@ pub fn of_coefficients(parameters: &[Estimate], declared: Option<f64>) -> Vec<St
     }
 }
 
-/// Doubts about tangential coefficients that are negative beyond their errors.
+/// Doubts about tangential coefficients that are negative by more than their uncertainty.
 fn negative(parameters: &[Estimate]) -> Vec<String> {
     let below = |p: &&Estimate| {
         matches!(p.name.as_str(), "k_tc" | "k_te") && p.unit.starts_with("N/") && is_negative(p.value, p.std_error)
     };
     let said = |p: &Estimate| {
         format!(
-            "{} = {:.2} ± {:.2} {} is negative, which no cut is: are columns swapped?",
+            "{} = {:.2} ± {:.2} {} is negative, which no cutting coefficient is: are columns swapped?",
             p.name, p.value, p.std_error, p.unit
         )
     };
     parameters.iter().filter(below).map(said).collect()
 }
 
-/// Base coefficients of a spindle reading as the data alone have them: what the setup declares must not hide a wrong
-/// unit. Forces cannot do without it.
+/// Base coefficients of a spindle reading fitted without priors, so that coefficients declared in the setup do not hide
+/// a wrong unit. Forces cannot be fitted without them: none are returned.
 fn unaided(data: &Data) -> Vec<Estimate> {
     if !data.base.iter().any(|b| b.class == Class::Tare) {
         return Vec::new();
@@ -128,8 +126,8 @@ fn unaided(data: &Data) -> Vec<Estimate> {
     (0..data.base.len()).map(value).collect()
 }
 
-/// Measured forces over those by the declared coefficients; `None` where something else is measured, or none are
-/// declared.
+/// Measured forces over those from the declared coefficients, by least squares; `None` if no forces are measured or no
+/// coefficients declared.
 fn over_declared(data: &Data) -> Option<f64> {
     if data.base.iter().any(|b| b.class == Class::Tare) {
         return None;
@@ -144,15 +142,15 @@ fn over_declared(data: &Data) -> Option<f64> {
     (square > 0.0).then(|| both / square)
 }
 
-/// Share of the program's time between the first and the last sample that belong to it.
+/// Share of the program's time between the first and the last sample that were placed in it.
 pub fn covered(aligned: &Aligned, timeline: &Timeline) -> f64 {
     let placed = aligned.program_s.iter().copied().filter(|t| t.is_finite());
     let (first, last) = placed.fold((f64::INFINITY, 0.0), |(lo, hi), t| (f64::min(lo, t), f64::max(hi, t)));
     ((last - first) / timeline.total_s().max(1e-9)).max(0.0)
 }
 
-/// What no sample belongs to at the beginning of the program and at its end, where the machine moves for longer than
-/// [`UNSEEN_S`].
+/// A clause for the beginning and for the end of the program, if the machine moves there for longer than [`UNSEEN_S`]
+/// without a sample.
 pub fn unseen_ends(aligned: &Aligned, timeline: &Timeline) -> Vec<String> {
     let placed = aligned.program_s.iter().copied().filter(|t| t.is_finite());
     let (first, last) = placed.fold((f64::INFINITY, 0.0), |(lo, hi), t| (f64::min(lo, t), f64::max(hi, t)));

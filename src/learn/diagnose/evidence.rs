@@ -1,9 +1,14 @@
-//! What a candidate has to show to be named. In: the diagnosis, the model so far, a candidate fitted on top of it. Out:
-//! what it leaves on data left out, or why that is no effect.
+//! The tests that a candidate must pass to be named. In: the diagnosis, the model so far, a candidate fitted on top of
+//! it. Out: its held-out residuals, or why it is rejected.
 //!
-//! Its score pays for its parameters, they are physical, it takes away enough of what is left, on data left out too and
-//! more than errors of the engagement can, beside the effects before it in whatever shape those may have; no curve over
-//! a covariate that it knows nothing of does better, and no other kind of cut gets worse.
+//! 1. Its score is above the threshold and its parameters are physical.
+//! 2. It removes enough of the excess over the noise and lowers the held-out error significantly.
+//! 3. If it begins at an instant, that does not lie between operations or set-ups ([`super::accidents`]).
+//! 4. It changes the load by more than the engagement is uncertain.
+//! 5. It still lowers the held-out error when curves correct the laws of the effects before it.
+//! 6. No curve over a covariate that it does not depend on explains more.
+//! 7. It does not raise the error on other kinds of cuts.
+//!
 //! The thresholds are those of [`super::criteria`].
 
 use crate::effects::{Covariate, Effect, Multiplies};
@@ -21,23 +26,23 @@ use crate::learn::model::fit::{Fitted, part};
 use crate::learn::report::Rejected;
 use rayon::prelude::*;
 
-/// Does an effect of a model know that the reading follows this covariate?
+/// Does an effect of the model make this part of the reading depend on the covariate?
 fn knows(model: &Fitted, covariate: Covariate, part: Multiplies) -> bool {
     model.model.effects.iter().any(|each| each.effect.knows(covariate, part))
 }
 
-/// Curves that a trial is held against, best first.
+/// Best curves that a trial is compared with.
 const RIVAL_CURVES: usize = 4;
 
-/// What the trials of a round are held against.
+/// The model so far, and what its trials are compared with.
 pub(in crate::learn) struct Present<'a> {
     /// The model so far.
     pub(in crate::learn) model: &'a Fitted,
-    /// What it leaves on data left out.
+    /// Its held-out residuals.
     pub(in crate::learn) left: Vec<f64>,
-    /// The same less everything that follows the covariates of its effects.
-    less_any_shape: Vec<f64>,
-    /// The curves that what it leaves follows, best first.
+    /// The same less the best curve over covariates of its effects, if that is clearly better.
+    less_best_curve: Vec<f64>,
+    /// Curves over other covariates that its held-out residuals follow, best first.
     pub(in crate::learn) curves: Vec<ResidualCurve>,
 }
 
@@ -45,14 +50,14 @@ impl Diagnosis<'_> {
     /// See [`Present`].
     pub(in crate::learn) fn present<'m>(&self, model: &'m Fitted) -> Present<'m> {
         let left = held_out_residuals(&self.train, &model.model.effects, self.split);
-        let less_any_shape = self.less_any_shape(model, &left, |covariate, part| knows(model, covariate, part));
-        // Against a name anything counts, be it no law: a curve that zigzags shows that there is something else.
+        let less_best_curve = self.less_best_curve(model, &left, |covariate, part| knows(model, covariate, part));
+        // As a rival a curve may have any shape: even an implausible one shows that there is another cause.
         let others = |covariate, part| !knows(model, covariate, part);
-        let curves = self.curves_that_go(model, &left, others, |_, _| true);
-        Present { model, left, less_any_shape, curves }
+        let curves = self.curves_of_shapes(model, &left, others, |_, _| true);
+        Present { model, left, less_best_curve, curves }
     }
 
-    /// Every candidate on top of the present model.
+    /// Every candidate fitted on top of the present model; `note`: record those that the data cannot show.
     pub(in crate::learn) fn trials(&mut self, present: &Fitted, note: bool) -> Vec<Trial> {
         let has = |effect: &Effect| present.model.effects.iter().any(|u| u.effect.name == effect.name);
         let mut open = Vec::new();
@@ -63,7 +68,7 @@ impl Diagnosis<'_> {
                 None => open.push(effect),
             }
         }
-        if let Some(known) = self.memory.trials(present) {
+        if let Some(known) = self.cache.trials(present) {
             return known.to_vec();
         }
         let train = &self.train;
@@ -71,12 +76,12 @@ impl Diagnosis<'_> {
             open.par_iter().map(|effect| best_trial(train, present, &present.model.effects, effect)).collect();
         self.tried += tried.iter().map(|(count, _)| count).sum::<usize>();
         let trials: Vec<Trial> = tried.into_iter().filter_map(|(_, trial)| trial).collect();
-        self.memory.keep_trials(present, &trials);
+        self.cache.keep_trials(present, &trials);
         trials
     }
 
-    /// What a trial leaves on data left out, or why that shows no effect.
-    pub(in crate::learn) fn shown(&mut self, present: &Present, trial: &Trial) -> Result<Vec<f64>, String> {
+    /// Held-out residuals of a trial, or why it is rejected.
+    pub(in crate::learn) fn tested(&mut self, present: &Present, trial: &Trial) -> Result<Vec<f64>, String> {
         if trial.score < self.threshold() {
             return Err(format!("it explains too little for its parameters (score {:.1})", trial.score));
         }
@@ -84,26 +89,29 @@ impl Diagnosis<'_> {
             return Err(why);
         }
         let before = &present.left;
-        let after = self.unseen_residuals(present.model, trial);
+        let after = self.held_out_of_trial(present.model, trial);
         let drop = self.drop_of(before, &after);
-        // What is the same all through a set-up has as many cases as there are set-ups.
-        let by = if self.is_of_set_ups(trial) { improvement_by_block } else { improvement_by_case };
+        // A covariate that is constant within a set-up gives one independent case per set-up.
+        let by = if self.varies_between_set_ups_only(trial) { improvement_by_block } else { improvement_by_case };
         let t = t_statistic(&by(&self.train, before, &after));
         let share = self.share_of_excess(before, &after, &self.base_residual, self.criteria().least_excess);
         let of_rest = self.share_of_excess(before, &after, before, self.criteria().noise_known_to);
         if !self.criteria().takes_enough(share, of_rest) {
-            return Err(format!("it takes away only {:.1} % of what the base model leaves", 100.0 * share));
+            return Err(format!(
+                "it removes only {:.1} % of what the base model leaves beyond the noise",
+                100.0 * share
+            ));
         }
         if !self.criteria().lowers_held_out(drop, t) && !self.lowers_cut_by_cut(present.model, trial, drop) {
             return Err(format!("it does not lower the held-out error ({:+.2} %, t = {t:.1})", -100.0 * drop));
         }
-        if let Some(why) = self.between_cuts(trial, before) {
+        if let Some(why) = self.why_between_cuts(trial, before) {
             return Err(why);
         }
         let change = self.change_of_load(present.model, before, &after);
         if change < self.criteria().engagement_known_to {
             return Err(format!(
-                "it changes the load by {:.2} %, and the engagement is known to {:.1} %",
+                "it changes the load by {:.2} %, less than the uncertainty of the engagement ({:.1} %)",
                 100.0 * change,
                 100.0 * self.criteria().engagement_known_to
             ));
@@ -112,19 +120,17 @@ impl Diagnosis<'_> {
         misfit.or_else(|| self.harms_another_kind(present.model, trial)).map_or(Ok(after), Err)
     }
 
-    /// Held-out squares that go from `before` to `after`, over those of `whole` beyond the noise, which are taken as no
-    /// less than the share `least` of `whole`.
+    /// (mean `before`² − mean `after`²) / max(mean `whole`² − σ², `least` · mean `whole`²), σ being the noise floor.
     pub(in crate::learn) fn share_of_excess(&self, before: &[f64], after: &[f64], whole: &[f64], least: f64) -> f64 {
         let mean = |r: &[f64]| errors(&self.train, |i| r[i]).rmse.powi(2);
         let excess = mean(whole) - self.floor.powi(2);
         (mean(before) - mean(after)) / excess.max(least * mean(whole))
     }
 
-    /// Root of the held-out squares that go from `before` to `after` over those of the load of the cut. Whatever an
-    /// engagement that is off by a share ε of every load leaves, Σ w (ε l)² is all that can be taken away by following
-    /// it.
+    /// √((Σ w `before`² − Σ w `after`²) / Σ w l²), l being the load of the cut. An engagement with a relative error ε
+    /// leaves squares of Σ w (ε l)²; an effect that only fits these errors has a value of at most ε.
     pub(in crate::learn) fn change_of_load(&self, present: &Fitted, before: &[f64], after: &[f64]) -> f64 {
-        let load = self.cut(present);
+        let load = self.cut_load(present);
         let known = |i: usize| before[i].is_finite() && after[i].is_finite();
         let used: Vec<usize> = self.train.used().filter(|i| known(*i)).collect();
         let sum = |of: &dyn Fn(usize) -> f64| used.iter().map(|&i| self.train.weight[i] * of(i)).sum::<f64>();
@@ -132,52 +138,54 @@ impl Diagnosis<'_> {
         (removed / sum(&|i| load[i].powi(2)).max(1e-300)).sqrt()
     }
 
-    /// Is what is left beyond any noise more than a small share of what the base model leaves beyond it?
+    /// Is the excess over the noise still more than a small share of that of the base model? The noise is taken at its
+    /// upper bound, autocorrelated.
     pub(in crate::learn) fn leaves_much(&self, after: &[f64]) -> bool {
         let noise = self.criteria().noise_with_memory * self.floor.powi(2);
         let beyond = |r: &[f64]| (errors(&self.train, |i| r[i]).rmse.powi(2) - noise).max(0.0);
         self.floor > 0.0 && self.criteria().leaves_much(beyond(&self.base_residual), beyond(after))
     }
 
-    /// Load of the cut by a model.
-    pub(in crate::learn) fn cut(&self, fitted: &Fitted) -> Vec<f64> {
+    /// Load of the cut predicted by a model: the readings without the tare.
+    pub(in crate::learn) fn cut_load(&self, fitted: &Fitted) -> Vec<f64> {
         part(&self.train, fitted, &[Class::Cutting, Class::Edge])
     }
 
-    /// Does the trial only make up for the shape of the effects before it? It has to lower the held-out error beside
-    /// them in any shape.
+    /// Why the trial only corrects the laws of the effects before it: it does not lower the held-out error once a curve
+    /// over their covariates corrects them.
     fn misfit_of_form(&self, present: &Present, trial: &Trial, after: &[f64]) -> Option<String> {
         if present.model.model.effects.is_empty() {
             return None;
         }
-        let before = &present.less_any_shape;
+        let before = &present.less_best_curve;
         let theirs = |covariate, part| knows(present.model, covariate, part) && !trial.effect.knows(covariate, part);
-        let after = self.less_any_shape(&trial.fitted, after, theirs);
+        let after = self.less_best_curve(&trial.fitted, after, theirs);
         let drop = self.drop_of(before, &after);
         let t = t_statistic(&improvement_by_case(&self.train, before, &after));
         let rest = self.share_of_excess(before, &after, before, self.criteria().noise_known_to);
         let share = self.share_of_excess(before, &after, &self.base_residual, self.criteria().least_excess);
-        // A face that stands proud shows in few passes of a log, and its t is that of few; at the end everything else is held
-        // against it. The cuts of a table are too few for that.
+        // In a log an effect may show in few passes (a face that stands proud), so that its t is small; its rivals are
+        // compared with it at the end. A table has too few cuts for that comparison.
         let lowers = if self.data.is_series() { Criteria::lowers_held_out } else { Criteria::lowers_held_out_beside };
         (!lowers(self.criteria(), drop, t) || !self.criteria().takes_enough(share, rest)).then(|| {
             format!(
-                "beside the effects found before it, in any shape they may have, it lowers the held-out error by {:.2} % \
-                 (t = {t:.1})",
+                "beside the effects found before it, with curves that correct their laws, it lowers the held-out error \
+                 by {:.2} % (t = {t:.1})",
                 100.0 * drop
             )
         })
     }
 
-    /// Why the trial only stands in for something else: a curve along what it does not depend on explains more than it
-    /// does in any shape; of an effect that only knows how long the program has run, as much.
+    /// Why the trial is only a proxy for another cause: a curve along a covariate that it does not depend on explains
+    /// more than the trial with a curve that corrects its law. For an effect whose covariates only grow while the
+    /// program runs, a curve over a quantity of the process that explains as much is enough.
     pub(in crate::learn) fn stands_in(&self, present: &Present, trial: &Trial, after: &[f64]) -> Option<String> {
         let own = |covariate, part| trial.effect.knows(covariate, part);
-        let shaped = self.less_any_shape(&trial.fitted, after, own);
+        let shaped = self.less_best_curve(&trial.fitted, after, own);
         let others = present.curves.iter().filter(|found| !own(found.covariate, found.effect.multiplies));
         let is_late = trial.effect.covariates.iter().all(|covariate| rank(*covariate) == LAST_RANK);
         let better = others.take(RIVAL_CURVES).find(|found| {
-            let left = &found.follows.left;
+            let left = &found.fit.left;
             if is_late && rank(found.covariate) == 0 {
                 return !self.is_better(left, after);
             }
@@ -185,9 +193,9 @@ impl Diagnosis<'_> {
         })?;
         let share = |left: &[f64]| 100.0 * (1.0 - self.drop_of(&present.left, left)).powi(2);
         Some(format!(
-            "a curve along {} leaves {:.0} % of the squares, this effect in any shape {:.0} %",
+            "a curve along {} leaves {:.0} % of the squares, this effect with a curve that corrects its law {:.0} %",
             better.covariate.name(),
-            share(&better.follows.left),
+            share(&better.fit.left),
             share(&shaped)
         ))
     }
@@ -202,7 +210,8 @@ mod tests {
     use crate::learn::model::fit::fit;
     use crate::path::Vec3;
 
-    /// Passes along X, one a block; those for which `hard` is true take the share `excess` more between 30 and 70 mm.
+    /// Passes along X, one a block; where `hard` is true, the load is larger by the share `excess` between 30 and 70
+    /// mm.
     fn passes(hard: impl Fn(usize) -> bool, excess: f64, noise: f64) -> Data {
         let x_mm = |i: usize| 100.0 * (i % EACH) as f64 / EACH as f64;
         let share = |i: usize| if hard(i / EACH) && (30.0..70.0).contains(&x_mm(i)) { excess } else { 0.0 };
@@ -214,7 +223,7 @@ mod tests {
         made(share, noise, state)
     }
 
-    /// Is a hard zone shown?
+    /// Does a hard zone pass the tests?
     fn is_shown(data: &Data, noise: f64) -> bool {
         let split = fifths(data);
         let options = Options { candidates: vec![named("hard-zone").unwrap()], ..Options::default() };
@@ -222,14 +231,14 @@ mod tests {
         let mut diagnosis = begun(data, &split, &options, noise);
         let trials = diagnosis.trials(&plain, false);
         let present = diagnosis.present(&plain);
-        trials.iter().any(|trial| diagnosis.shown(&present, trial).is_ok())
+        trials.iter().any(|trial| diagnosis.tested(&present, trial).is_ok())
     }
 
     #[test]
     fn an_effect_is_named_only_by_what_it_shows_on_data_left_out() {
-        // In several passes beside each other the zone is found by the others when one is left out.
+        // The zone crosses several neighbouring passes: when one is left out, the others still show it.
         assert!(is_shown(&passes(|block| (8..16).contains(&block), 0.2, 1.0), 1.0));
-        // In one pass nobody who has not seen it knows of it, however well it is fitted.
+        // The zone lies in one pass: the fit to the others cannot predict it.
         assert!(!is_shown(&passes(|block| block == 11, 0.2, 1.0), 1.0));
     }
 

@@ -1,5 +1,5 @@
-//! The form of an effect that is in the model already. In: the diagnosis, the model it stands in. Out: the model with
-//! the form that explains clearly more, if there is one.
+//! Choice of the form of an effect that is already in the model. In: the diagnosis, the model. Out: the model with the
+//! form of clearly better score, if there is one.
 
 use crate::effects::Parameter;
 use crate::learn::diagnose::candidates::starts;
@@ -10,12 +10,13 @@ use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use rayon::prelude::*;
 
-/// Rounds of a fit that goes to its end.
+/// Iterations of a fit until it has converged.
 pub(in crate::learn) const FORM_ROUNDS: usize = 25;
 
 impl Diagnosis<'_> {
-    /// The last effect, if it was looked for, in the shape that suits it.
-    pub(in crate::learn) fn shaped(&self, found: Fitted) -> Fitted {
+    /// If the last effect was searched for (an instant or region), tries its optional parameters, which the search left
+    /// neutral, and keeps the best.
+    pub(in crate::learn) fn with_best_shape(&self, found: Fitted) -> Fitted {
         let Some((last, others)) = found.model.effects.split_last().filter(|(u, _)| u.effect.is_looked_for()) else {
             return found;
         };
@@ -38,8 +39,9 @@ impl Diagnosis<'_> {
         best.map_or(found, |(_, fitted)| fitted)
     }
 
-    /// The same effect in the form that suits it beside those that were added after it, every form fitted to its end.
-    /// It begins beside the others as they are: without it they stand in for it.
+    /// The model with the `k`-th effect in the form of best score beside the effects added after it; `None` if that is
+    /// not better than `same`, the score of its present form. The fit starts from the other effects as they are in
+    /// `present`, because those of `without_it` have taken over a part of this effect.
     pub(in crate::learn) fn other_form(
         &self,
         present: &Fitted,
@@ -55,7 +57,7 @@ impl Diagnosis<'_> {
         let fitted = |each: &FittedEffect| {
             let effects: Vec<FittedEffect> = others.iter().chain([each]).cloned().collect();
             let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
-            let (score, _) = score_of(&self.train, without_it, &fitted, each.asked());
+            let (score, _) = score_of(&self.train, without_it, &fitted, each.free_count());
             Some((score, fitted))
         };
         let sound = |f: &Fitted| unphysical(f.model.effects.last(), self.data.clock_s).is_none();

@@ -1,10 +1,11 @@
-//! A curve through a residual: which share of a load is missing, over one covariate, in whatever shape the data have.
-//! In: residuals on data left out, the load, values of the covariate. Out: [`Curve`], and what it leaves in folds that
-//! it was not learned on.
+//! A free curve through a residual: by which share s(x) of the load l the reading exceeds the prediction, r ≈ s(x)·l,
+//! over one covariate x. In: held-out residuals, the load, values of the covariate. Out: [`Curve`], and the residuals
+//! it leaves in folds that it was not learned on.
 //!
-//! Residuals r and loads l of weight w are summed at every value of the covariate, A = Σ w l², B = Σ w l r. *Steps*: the
-//! range is cut in two again and again where Σ B²/A over the parts grows most; the share of a part is ΣB/ΣA. *Bends*:
-//! straight from knot to knot, the knots at equal sums of A, by least squares.
+//! At every value of the covariate A = Σ w l² and B = Σ w l r are summed (weight w). *Steps* (a regression tree of one
+//! variable, Breiman and others 1984): the range is split again and again where Σ B²/A over the parts, the reduction of
+//! the squares, grows most; the share of a part is ΣB/ΣA. *Bends*: a piecewise linear function with knots at equal sums
+//! of A, by least squares.
 
 use crate::effects::Covariate;
 use crate::effects::unnamed::{CURVES, KNOTS};
@@ -13,27 +14,27 @@ use crate::learn::model::cross_validation::Split;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Fewest samples in a part, and their least share: fewer are outliers, or the end of a move.
+/// Fewest samples in a part, absolute and as a share of all: fewer may be outliers or the end of a move. Judgement.
 const FEWEST: usize = 6;
 const LEAST_PART: f64 = 0.01;
-/// Fewest samples that a curve is looked for in.
+/// Fewest samples for a curve.
 const FEWEST_IN_ALL: usize = 4 * FEWEST;
-/// Values of a covariate that differ by less, relative to its range, are the same: no sentence tells them apart, and the speed of a
-/// machine that holds 1852 mm/min is not always that to the last digit.
+/// Values of a covariate that differ by less, relative to its range, are merged: a machine that holds 1852 mm/min does
+/// not repeat that to the last digit. Judgement.
 const SAME: f64 = 1e-3;
-/// Share of each diagonal that is added to it, so that what no sample shows stays 0.
+/// Share added to each diagonal element of the normal matrix, so that coefficients without data are 0.
 const RIDGE: f64 = 1e-9;
 
 /// The shape of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// So many level parts.
+    /// Piecewise constant, with this number of parts.
     Steps(usize),
-    /// So many knots.
+    /// Piecewise linear, with this number of knots.
     Bends(usize),
 }
 
-/// From simple to rich.
+/// Shapes that are tried, from few parameters to many.
 const SHAPES: [Shape; 7] = [
     Shape::Steps(2),
     Shape::Bends(3),
@@ -44,21 +45,21 @@ const SHAPES: [Shape; 7] = [
     Shape::Bends(KNOTS),
 ];
 
-/// Share of the load that is missing at the knots: (covariate, share); straight between or level from each on, and level
-/// beyond the first and the last.
+/// Share of the load by which the reading exceeds the prediction, over one covariate: linear between knots or constant
+/// from each knot to the next, and constant beyond the first and the last.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// In rising order; of steps the first is the least value there is.
+    /// (covariate, share) in rising order; for steps the first is the least value of the covariate.
     pub knots: Vec<[f64; 2]>,
     /// Σ w l² about each knot, or in each part.
     pub weight: Vec<f64>,
-    /// Is it level from each knot to the next?
+    /// Is it constant from each knot to the next?
     pub in_steps: bool,
 }
 
 impl Curve {
-    /// Knots that a value of the covariate belongs to, with its share in each.
-    fn hats(&self, x: f64) -> [(usize, f64); 2] {
+    /// The two knots that a value of the covariate lies between, with their weights in the interpolation.
+    fn knot_shares(&self, x: f64) -> [(usize, f64); 2] {
         let n = self.knots.len();
         let next = self.knots.partition_point(|knot| knot[0] <= x);
         let last = next.saturating_sub(1);
@@ -69,14 +70,14 @@ impl Curve {
         [(last, 1.0 - share), (next, share)]
     }
 
-    /// Share at a value of the covariate; 0 where that is not known.
+    /// Share at a value of the covariate; 0 if that is NaN.
     #[cfg(test)]
     pub fn at(&self, x: f64) -> f64 {
-        self.before(self.knots.partition_point(|knot| knot[0] <= x), x)
+        self.share_before(self.knots.partition_point(|knot| knot[0] <= x), x)
     }
 
-    /// The same where the first knot beyond the value is known.
-    fn before(&self, next: usize, x: f64) -> f64 {
+    /// The same, given the index of the first knot beyond the value.
+    fn share_before(&self, next: usize, x: f64) -> f64 {
         match (next.checked_sub(1).map(|k| self.knots[k]), self.knots.get(next)) {
             _ if x.is_nan() => 0.0,
             (None, None) => 0.0,
@@ -90,26 +91,26 @@ impl Curve {
 
 /// The best curve of a residual.
 #[derive(Debug, Clone)]
-pub struct Follows {
+pub struct CurveFit {
     /// Learned on all folds.
     pub curve: Curve,
-    /// The residual less the curve learned on the other folds.
+    /// The residuals less the curve learned on the other folds.
     pub left: Vec<f64>,
     /// Σ w r² of that.
     pub squares: f64,
 }
 
-/// The samples along a covariate.
+/// The samples in order of a covariate.
 #[derive(Debug, Clone)]
 pub struct Along {
-    /// Its value of every sample.
+    /// Value of the covariate in each sample.
     pub values: Vec<f64>,
-    /// Samples of known value, in rising order of it.
+    /// Samples with a finite value, in rising order of it.
     order: Vec<usize>,
 }
 
 impl Along {
-    /// Of these values.
+    /// Sorts the samples by these values.
     pub fn new(values: Vec<f64>) -> Self {
         let mut order: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
         order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -117,7 +118,7 @@ impl Along {
     }
 }
 
-/// The samples along every covariate that a curve may follow.
+/// The samples in order of each covariate that a curve may follow.
 pub fn along_all(data: &Data) -> Vec<(Covariate, Along)> {
     let mut covariates: Vec<Covariate> = CURVES.iter().map(|(covariate, _)| *covariate).collect();
     covariates.dedup();
@@ -125,7 +126,7 @@ pub fn along_all(data: &Data) -> Vec<(Covariate, Along)> {
     covariates.par_iter().map(|covariate| (*covariate, along(covariate))).collect()
 }
 
-/// Sums at a value of the covariate.
+/// Sums at a value of the covariate; see the head of the file.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
     at: f64,
@@ -134,23 +135,23 @@ struct Sums {
     b: f64,
 }
 
-/// What a curve is looked for in.
+/// What a curve is fitted to.
 pub struct Residual<'a> {
     /// Samples.
     pub data: &'a Data,
     /// Folds.
     pub split: &'a Split,
-    /// Residual on data left out.
+    /// Held-out residuals.
     pub left: &'a [f64],
     /// The load that the curve multiplies.
     pub load: &'a [f64],
 }
 
 impl Residual<'_> {
-    /// The curve with the least squares in folds that it was not learned on. Tried are the shapes that `may_be` lets through, from
-    /// simple to rich; a richer one must lower the squares by [`RICHER`]. `None` where the covariate does not vary, is known of too
-    /// few samples, or no shape is let through.
-    pub fn follows(&self, along: &Along, may_be: impl Fn(&Curve) -> bool) -> Option<Follows> {
+    /// The curve with the least squares in folds that it was not learned on, among the shapes that `may_be` accepts; a
+    /// shape of more parameters must lower the squares by [`RICHER`]. `None` if the covariate does not vary, is known
+    /// for too few samples, or no shape is accepted.
+    pub fn best_curve(&self, along: &Along, may_be: impl Fn(&Curve) -> bool) -> Option<CurveFit> {
         let values = &along.values;
         let known = |i: &usize| self.data.weight[*i] > 0.0 && self.left[*i].is_finite() && self.load[*i] > 0.0;
         let used: Vec<usize> = along.order.iter().copied().filter(known).collect();
@@ -168,18 +169,18 @@ impl Residual<'_> {
         let mut best: Option<(f64, usize, Vec<f64>)> = None;
         for shape in (0..SHAPES.len()).filter(|shape| of_all[*shape].as_ref().is_some_and(&may_be)) {
             let of_folds: Vec<Option<&Curve>> = learned.iter().map(|shapes| shapes[shape].as_ref()).collect();
-            let left = self.less(&of_folds, &used, values);
+            let left = self.less_curves(&of_folds, &used, values);
             let squares = self.squares(&left);
             if best.as_ref().is_none_or(|(least, ..)| squares < *least * (1.0 - RICHER)) {
                 best = Some((squares, shape, left));
             }
         }
         let (squares, shape, left) = best?;
-        Some(Follows { curve: of_all.swap_remove(shape)?, left, squares })
+        Some(CurveFit { curve: of_all.swap_remove(shape)?, left, squares })
     }
 
-    /// The residual of samples in rising order of their values less the curve that belongs to the fold of each.
-    fn less(&self, of_folds: &[Option<&Curve>], used: &[usize], values: &[f64]) -> Vec<f64> {
+    /// The residuals less the curve of each sample's fold; `used` in rising order of `values`.
+    fn less_curves(&self, of_folds: &[Option<&Curve>], used: &[usize], values: &[f64]) -> Vec<f64> {
         let mut left = self.left.to_vec();
         let mut next = vec![0; of_folds.len()];
         for &i in used {
@@ -188,22 +189,22 @@ impl Residual<'_> {
                 while curve.knots.get(next[fold]).is_some_and(|knot| knot[0] <= values[i]) {
                     next[fold] += 1;
                 }
-                left[i] -= self.load[i] * curve.before(next[fold], values[i]);
+                left[i] -= self.load[i] * curve.share_before(next[fold], values[i]);
             }
         }
         left
     }
 
-    /// What is left when the coefficients of the columns are fitted together with a curve, and the curve is not taken away: of each
-    /// fold by what the others say.
-    pub fn freed(&self, curve: &Curve, values: &[f64], columns: &[Vec<f64>]) -> Option<Vec<f64>> {
+    /// Fits the knots of a curve together with corrections of the coefficients of `columns`, and returns the residuals
+    /// less these corrections, but with the curve still in them. Each fold by the fit of the others.
+    pub fn beside_curve(&self, curve: &Curve, values: &[f64], columns: &[Vec<f64>]) -> Option<Vec<f64>> {
         let heaviest = (0..curve.weight.len()).max_by(|a, b| curve.weight[*a].total_cmp(&curve.weight[*b]))?;
         let (p, n) = (columns.len(), columns.len() + curve.knots.len());
         let row = |i: usize| {
             let mut row: Vec<f64> = columns.iter().map(|column| column[i]).collect();
             row.resize(n, 0.0);
             let known = values[i].is_finite() && self.load[i] > 0.0;
-            for (k, share) in curve.hats(values[i]).into_iter().filter(|(k, _)| known && *k != heaviest) {
+            for (k, share) in curve.knot_shares(values[i]).into_iter().filter(|(k, _)| known && *k != heaviest) {
                 row[p + k] += share * self.load[i];
             }
             row
@@ -239,7 +240,8 @@ impl Residual<'_> {
         finite.map(|i| self.data.weight[i] * left[i].powi(2)).sum()
     }
 
-    /// Sums over all samples, and over every fold but one, for each; values that none of those has are left out.
+    /// Sums over all samples, and for each fold over the samples of the other folds; values without a sample are
+    /// omitted.
     fn sums(&self, groups: &[&[usize]], values: &[f64]) -> (Vec<Sums>, Vec<Vec<Sums>>) {
         let by_fold = |group: &&[usize]| {
             let mut sums = vec![Sums { at: values[group[0]], ..Sums::default() }; self.split.folds];
@@ -270,7 +272,7 @@ impl Residual<'_> {
     }
 }
 
-/// Samples in order of their values, those together that differ from the least of them by no more than `same`.
+/// Groups of samples, in order of their values, that differ from the least of their group by no more than `same`.
 fn groups<'a>(used: &'a [usize], values: &[f64], same: f64) -> Vec<&'a [usize]> {
     let mut groups = Vec::new();
     let mut rest = used;
@@ -282,13 +284,13 @@ fn groups<'a>(used: &'a [usize], values: &[f64], same: f64) -> Vec<&'a [usize]> 
     groups
 }
 
-/// Share of ΣA that lies beyond either of the outermost knots.
+/// Share of ΣA beyond each of the outermost knots: so few samples would not determine a slope.
 const BEYOND_ENDS: f64 = 0.01;
 
-/// Least relative drop of the squares that is worth a richer shape: about one standard error of a thousand samples.
+/// Least relative drop of the squares for a shape of more parameters. Judgement.
 const RICHER: f64 = 0.01;
 
-/// The curve of every shape; `None` where there are too few samples for it.
+/// The curve in each shape; `None` if there are too few samples for it.
 fn every_shape(sums: &[Sums]) -> Vec<Option<Curve>> {
     let so_far = cumulated(sums);
     let borders = borders(&so_far);
@@ -299,7 +301,7 @@ fn every_shape(sums: &[Sums]) -> Vec<Option<Curve>> {
     SHAPES.iter().map(curve).collect()
 }
 
-/// Sums below every value, from none on.
+/// Cumulative sums; the k-th is over the first k values.
 fn cumulated(sums: &[Sums]) -> Vec<Sums> {
     let mut so_far = vec![Sums::default()];
     for each in sums {
@@ -309,12 +311,13 @@ fn cumulated(sums: &[Sums]) -> Vec<Sums> {
     so_far
 }
 
-/// ΣA, ΣB of the values from … to.
+/// ΣA and ΣB over the values `from..to`.
 fn over(so_far: &[Sums], from: usize, to: usize) -> [f64; 2] {
     [so_far[to].a - so_far[from].a, so_far[to].b - so_far[from].b]
 }
 
-/// Borders between parts, the one that gains most first.
+/// Borders between parts in the order in which they are split, always the split of largest reduction of the squares
+/// next.
 fn borders(so_far: &[Sums]) -> Vec<usize> {
     let least = FEWEST.max((LEAST_PART * so_far[so_far.len() - 1].samples as f64) as usize);
     let gain = |from: usize, to: usize| {
@@ -358,7 +361,6 @@ fn bends(sums: &[Sums], count: usize) -> Option<Curve> {
     let mut so_far = 0.0;
     for each in &known {
         so_far += each.a;
-        // The outermost knots leave a little beyond them: what few samples say there is no shape.
         let share = |k: usize| BEYOND_ENDS + (1.0 - 2.0 * BEYOND_ENDS) * k as f64 / (count - 1) as f64;
         while places.len() < count && so_far >= share(places.len()) * whole {
             places.push(each.at);
@@ -370,16 +372,16 @@ fn bends(sums: &[Sums], count: usize) -> Option<Curve> {
         return None;
     }
     let n = places.len();
-    let hats = |x: f64| {
+    let knot_shares = |x: f64| {
         let k = places.partition_point(|p| *p <= x).clamp(1, n - 1);
         let share = ((x - places[k - 1]) / (places[k] - places[k - 1])).clamp(0.0, 1.0);
         [(k - 1, 1.0 - share), (k, share)]
     };
     let (mut normal, mut rhs) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
     for each in &known {
-        for (a, x) in hats(each.at) {
+        for (a, x) in knot_shares(each.at) {
             rhs[a] += x * each.b;
-            for (b, y) in hats(each.at) {
+            for (b, y) in knot_shares(each.at) {
                 normal[(a, b)] += each.a * x * y;
             }
         }
@@ -402,7 +404,8 @@ mod tests {
     use crate::effects::State;
     use crate::path::Vec3;
 
-    /// 24 blocks of 40 samples with a load of 100 and a noise of 1; z falls from 0 to −10, and `share(z)` is missing.
+    /// 24 blocks of 40 samples with a load of 100 and noise between −1 and 1; z between 0 and −10, the reading higher
+    /// by `share(z)` of the load.
     fn falling(share: impl Fn(f64) -> f64) -> (Data, Split, Vec<f64>) {
         let n = 960;
         let z = |i: usize| -10.0 * ((i * 577) % n) as f64 / n as f64;
@@ -423,10 +426,10 @@ mod tests {
         Along::new(data.state.iter().map(|state| Covariate::Z.of(state)).collect())
     }
 
-    fn found(share: impl Fn(f64) -> f64) -> Follows {
+    fn found(share: impl Fn(f64) -> f64) -> CurveFit {
         let (data, split, load) = falling(share);
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
-        residual.follows(&height(&data), |_| true).unwrap()
+        residual.best_curve(&height(&data), |_| true).unwrap()
     }
 
     #[test]
@@ -440,7 +443,7 @@ mod tests {
         for z in [-9.0, -5.0, -1.0] {
             assert!((bend.curve.at(z) - 0.004 * z * z).abs() < 0.02, "{z}: {:?}", bend.curve);
         }
-        // What is left is the noise, 1/3 a sample, and beside each border a sample in each of the five folds.
+        // Left is the noise (variance 1/3), and at each border one misplaced sample in each of the five folds.
         let noise = 960.0 / 3.0;
         assert!(bend.squares < 1.35 * noise, "{}", bend.squares);
         assert!(step.squares < noise + 5.0 * 18f64.powi(2), "{}", step.squares);
@@ -449,29 +452,29 @@ mod tests {
 
     #[test]
     fn values_that_no_sentence_tells_apart_are_one() {
-        // Two feeds; of the slower one the last digits go with what is missing.
+        // Two feeds; the last digits of the slower one correlate with the residual.
         let share = |i: usize| if i.is_multiple_of(3) { 0.2 } else { 0.0 };
         let (mut data, split, load) = falling(|_| 0.0);
         data.reading.iter_mut().enumerate().for_each(|(i, reading)| *reading += 100.0 * share(i));
         let feed = |i: usize| if i.is_multiple_of(2) { 3000.0 } else { 1852.0 + share(i) };
         let feeds: Vec<f64> = (0..data.len()).map(feed).collect();
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
-        let found = residual.follows(&Along::new(feeds), |_| true).unwrap();
+        let found = residual.best_curve(&Along::new(feeds), |_| true).unwrap();
         let between = |knot: &&[f64; 2]| (1852.0..1853.0).contains(&knot[0]);
         assert_eq!(found.curve.knots.iter().skip(1).filter(between).count(), 0, "{:?}", found.curve);
     }
 
     #[test]
     fn a_curve_is_found_anew_without_what_the_coefficients_made_of_it() {
-        // A fit of one coefficient leaves a step of 0.18 below −7 as two steps about its mean.
+        // After a fit of one coefficient a step of 0.18 below −7 appears as +0.126 and −0.054 about the mean.
         let step = |z: f64| if z < -7.0 { 0.18 } else { 0.0 };
         let (data, split, load) = falling(|z| step(z) - 0.054);
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
         let z = height(&data);
-        let first = residual.follows(&z, |_| true).unwrap().curve;
+        let first = residual.best_curve(&z, |_| true).unwrap().curve;
         assert!((first.at(-3.0) + 0.054).abs() < 0.01);
-        let freed = residual.freed(&first, &z.values, std::slice::from_ref(&load)).unwrap();
-        let again = Residual { left: &freed, ..residual }.follows(&z, |_| true).unwrap().curve;
+        let beside_curve = residual.beside_curve(&first, &z.values, std::slice::from_ref(&load)).unwrap();
+        let again = Residual { left: &beside_curve, ..residual }.best_curve(&z, |_| true).unwrap().curve;
         assert!(again.at(-3.0).abs() < 0.005 && (again.at(-9.0) - 0.18).abs() < 0.01, "{again:?}");
     }
 
@@ -479,7 +482,7 @@ mod tests {
     fn a_covariate_that_stands_still_has_no_curve() {
         let (data, split, load) = falling(|_| 0.1);
         let residual = Residual { data: &data, split: &split, left: &data.reading, load: &load };
-        assert!(residual.follows(&Along::new(vec![3.0; data.len()]), |_| true).is_none());
-        assert!(residual.follows(&Along::new(vec![f64::NAN; data.len()]), |_| true).is_none());
+        assert!(residual.best_curve(&Along::new(vec![3.0; data.len()]), |_| true).is_none());
+        assert!(residual.best_curve(&Along::new(vec![f64::NAN; data.len()]), |_| true).is_none());
     }
 }

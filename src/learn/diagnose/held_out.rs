@@ -1,5 +1,5 @@
-//! What a trial does to data that it was not fitted on. In: the diagnosis with its split, a trial. Out: residuals of
-//! blocks left out, and whether kinds of cuts left out get worse.
+//! Errors of a trial on data that it was not fitted on. In: the diagnosis with its split, a trial. Out: held-out
+//! residuals, and whether the error rises on kinds of cuts that were left out.
 
 use crate::effects::{Covariate, State};
 use crate::learn::dataset::errors::errors;
@@ -7,25 +7,26 @@ use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
-use crate::learn::model::design::{FittedEffect, remembered};
+use crate::learn::model::design::{FittedEffect, carried_over};
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::Errors;
 use rayon::prelude::*;
 
-/// Time constant of an effect that is a lag, s.
+/// Time constant of an effect that is a lag, s; 0 for others.
 fn lag_s(each: &FittedEffect) -> f64 {
     (each.effect.change)(&each.values, &State::default()).lag_s
 }
 
 impl Diagnosis<'_> {
-    /// Errors on data that a model with these effects was not fitted on.
-    pub(in crate::learn) fn judged(&self, effects: &[FittedEffect]) -> Errors {
-        let residual = self.unseen(effects);
+    /// Errors of a model with these effects on the data kept for the judgement; see [`Self::judgement_residuals`].
+    pub(in crate::learn) fn judgement_errors(&self, effects: &[FittedEffect]) -> Errors {
+        let residual = self.judgement_residuals(effects);
         errors(self.data, |i| residual[i])
     }
 
-    /// Residuals of such data, NaN for the others.
-    pub(in crate::learn) fn unseen(&self, effects: &[FittedEffect]) -> Vec<f64> {
+    /// Residuals on the data kept for the judgement, NaN for the others. Without such data, or if they are of another
+    /// kind than those fitted: residuals over the folds.
+    pub(in crate::learn) fn judgement_residuals(&self, effects: &[FittedEffect]) -> Vec<f64> {
         if !self.split.test.iter().any(|t| *t) || !self.same_kinds() {
             return held_out_residuals(&self.train, effects, self.split);
         }
@@ -34,36 +35,36 @@ impl Diagnosis<'_> {
         (0..predicted.len()).map(of).collect()
     }
 
-    /// Do the samples kept for the judgement belong to the kinds that were fitted?
+    /// Are the data kept for the judgement of kinds that were fitted?
     pub(in crate::learn) fn same_kinds(&self) -> bool {
         let trained: Vec<usize> = self.train.used().map(|i| self.data.kind[i]).collect();
         (0..self.data.len()).filter(|i| self.split.test[*i]).all(|i| trained.contains(&self.data.kind[i]))
     }
 
-    /// Held-out residuals with a trial; what was found by scanning is found again without each fold.
-    pub(in crate::learn) fn unseen_residuals(&mut self, present: &Fitted, trial: &Trial) -> Vec<f64> {
+    /// Held-out residuals of a trial; an instant or region that was searched for is searched again without each fold.
+    pub(in crate::learn) fn held_out_of_trial(&mut self, present: &Fitted, trial: &Trial) -> Vec<f64> {
         if let Some(lag_s) = trial.fitted.model.effects.last().map(lag_s).filter(|lag_s| *lag_s > 0.0) {
-            return self.unseen_of_lag(present, trial, lag_s);
+            return self.held_out_of_lag(present, trial, lag_s);
         }
         if !trial.effect.is_looked_for() {
             return held_out_residuals(&self.train, &trial.fitted.model.effects, self.split);
         }
-        if let Some(known) = self.memory.left(present, trial.effect) {
+        if let Some(known) = self.cache.left(present, trial.effect) {
             return known.to_vec();
         }
-        let residuals = self.found_anew(present, trial, self.split);
-        self.memory.keep_left(present, trial.effect, &residuals);
+        let residuals = self.held_out_searched_anew(present, trial, self.split);
+        self.cache.keep_left(present, trial.effect, &residuals);
         residuals
     }
 
-    /// Held-out residuals over the folds of a split, where the instant or place of the effect is searched anew without each fold.
-    fn found_anew(&self, present: &Fitted, trial: &Trial, split: &Split) -> Vec<f64> {
+    /// The same for an effect whose instant or region is searched for.
+    fn held_out_searched_anew(&self, present: &Fitted, trial: &Trial, split: &Split) -> Vec<f64> {
         let folds: Vec<Vec<(usize, f64)>> = (0..split.folds)
             .into_par_iter()
             .map(|fold| {
                 let rest = self.train.with_weights(without(&self.train, |i| split.fold[i] == fold));
                 let Some(own) = fit(&rest, &present.model.effects, 8) else { return Vec::new() };
-                // Where the rest shows none, the model without it is what would have been predicted.
+                // If the other folds do not show the effect, the prediction is that of the model without it.
                 let found = best_trial(&rest, &own, &own.model.effects, trial.effect).1;
                 let found = found.filter(|trial| trial.score >= self.threshold());
                 let fitted = found.map_or(own, |trial| trial.fitted);
@@ -76,19 +77,20 @@ impl Diagnosis<'_> {
         residuals
     }
 
-    /// The same of a lag, by what known loads say of it alone. Where a load is in doubt the chain goes by the readings,
-    /// and takes whatever lasts from one to the next, be it late or not: doubts of the alignment are left out of account
-    /// here, and what is remembered of loads that nobody knows is given back.
-    fn unseen_of_lag(&self, present: &Fitted, trial: &Trial, lag_s: f64) -> Vec<f64> {
+    /// The same for a lag, from predicted loads alone. Where a load is uncertain, the filter of the lag starts from the
+    /// reading before, and would then also explain errors that persist without any lag. So the variance of the loads is
+    /// set to 0 here, and what the filter carries over from readings at unknown loads is added back to the residual.
+    fn held_out_of_lag(&self, present: &Fitted, trial: &Trial, lag_s: f64) -> Vec<f64> {
         let mut sure = self.train.clone();
         sure.load_variance.iter_mut().filter(|variance| variance.is_finite()).for_each(|variance| *variance = 0.0);
         let mut left = held_out_residuals(&sure, &trial.fitted.model.effects, self.split);
-        if let Some(remembered) = remembered(&sure, lag_s, &present.residuals(&sure)) {
-            left.iter_mut().zip(remembered).for_each(|(left, remembered)| *left += remembered);
+        if let Some(carried_over) = carried_over(&sure, lag_s, &present.residuals(&sure)) {
+            left.iter_mut().zip(carried_over).for_each(|(left, carried_over)| *left += carried_over);
         }
         left
     }
 
+    /// Relative fall of the root of Σ w r² from `before` to `after`, over samples where both are finite.
     pub(in crate::learn) fn drop_of(&self, before: &[f64], after: &[f64]) -> f64 {
         let (mut b, mut a) = (0.0, 0.0);
         for i in self.train.used().filter(|i| before[*i].is_finite() && after[*i].is_finite()) {
@@ -98,38 +100,39 @@ impl Diagnosis<'_> {
         1.0 - (a / f64::max(b, 1e-300)).sqrt()
     }
 
-    /// An effect must not make cuts worse that it was not fitted on: in a log all its operations together, each of them
-    /// left out in turn; in a table each kind by itself.
+    /// Why a trial harms cuts that it was not fitted on. In a log each operation is left out in turn and the error over
+    /// all counts; in a table each kind is left out and judged by itself.
     pub(in crate::learn) fn harms_another_kind(&self, present: &Fitted, trial: &Trial) -> Option<String> {
         if self.data.is_series() { self.harms_operations(present, trial) } else { self.harms_a_kind(present, trial) }
     }
 
-    /// By how much the error over operations falls from one model to another, each operation left out in turn; `None`
-    /// where there is only one.
+    /// Relative fall of the error from one model to another, each operation left out in turn; `None` if there is only
+    /// one.
     pub(in crate::learn) fn drop_elsewhere(&self, from: &[FittedEffect], to: &[FittedEffect]) -> Option<f64> {
         let by_operation = self.by_operation()?;
         let [before, after] = [from, to].map(|effects| held_out_residuals(&self.train, effects, &by_operation));
         Some(self.drop_of(&before, &after))
     }
 
-    /// Every operation a fold of its own; `None` where there is only one.
+    /// A split with every operation as a fold; `None` if there is only one.
     fn by_operation(&self) -> Option<Split> {
         Some(Split { fold: self.data.kind.clone(), folds: self.kinds().last()? + 1, ..self.split.clone() })
     }
 
     fn harms_operations(&self, present: &Fitted, trial: &Trial) -> Option<String> {
         let drop = if trial.effect.is_looked_for() {
-            // A place that no cut of the rest lies in would run away in the fit.
+            // Fitted without the operation it lies in, a region would have no data and diverge: it is searched again.
             let by_operation = self.by_operation()?;
             let before = held_out_residuals(&self.train, &present.model.effects, &by_operation);
-            self.drop_of(&before, &self.found_anew(present, trial, &by_operation))
+            self.drop_of(&before, &self.held_out_searched_anew(present, trial, &by_operation))
         } else {
             self.drop_elsewhere(&present.model.effects, &trial.fitted.model.effects)?
         };
-        if self.is_of_operations(trial.effect.covariates) && !self.criteria().lowers_elsewhere(drop) {
+        if self.varies_between_operations_only(trial.effect.covariates) && !self.criteria().lowers_elsewhere(drop) {
             return Some(format!(
-                "what it follows is the same all through an operation, and an operation that it was not fitted on it does \
-                 not predict better ({:+.1} % error over all of them): it may be anything they differ by",
+                "its covariate is constant within each operation, and operations that it was not fitted on are not \
+                 predicted better ({:+.1} % error over all of them): any other difference between operations may be \
+                 the cause",
                 -100.0 * drop
             ));
         }
@@ -138,13 +141,13 @@ impl Diagnosis<'_> {
         })
     }
 
-    /// Does what an effect follows change from operation to operation alone? Within one only its prediction of another
-    /// could then show it.
-    pub(in crate::learn) fn is_of_operations(&self, covariates: &[Covariate]) -> bool {
+    /// Are these covariates constant within every operation? Then only predictions of other operations can show an
+    /// effect.
+    pub(in crate::learn) fn varies_between_operations_only(&self, covariates: &[Covariate]) -> bool {
         self.is_steady_in_each(covariates, &self.data.kind, &self.kinds())
     }
 
-    /// Does what an effect follows vary, but in none of these groups of samples?
+    /// Do these covariates vary, but not within any of these groups of samples? `of`: group of each sample.
     pub(in crate::learn) fn is_steady_in_each(&self, covariates: &[Covariate], of: &[usize], groups: &[usize]) -> bool {
         let range = |covariate: Covariate, group: Option<usize>| {
             let members = self.train.used().filter(|i| group.is_none_or(|group| of[*i] == group));
@@ -210,12 +213,12 @@ mod tests {
     use crate::learn::diagnose::diagnosis::Options;
     use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
 
-    /// Share of the error on data left out that a lag of 4 s takes away, where readings come `late_s` behind a load that
-    /// doubles in every block and is off by turns, and one sample in four is in doubt.
+    /// Relative drop of the held-out error by a lag of 4 s, if readings lag by `late_s` behind a load that doubles half
+    /// way through every block, with an error of ±`off` that alternates from block to block, and with one uncertain
+    /// load in four.
     fn taken(late_s: f64, off: f64) -> f64 {
         let of_block = |i: usize| if (i / EACH).is_multiple_of(2) { off } else { -off };
         let mut data = made(of_block, 1.0, |_| State::default());
-        // The load doubles half way through every block.
         let load = |i: usize| if i % EACH < EACH / 2 { 100.0 } else { 200.0 };
         data.columns[0] = (0..data.len()).map(load).collect();
         let mut level = 100.0;
@@ -232,7 +235,7 @@ mod tests {
         let present = fit(&data, &[], 0).unwrap();
         let each = FittedEffect { effect: lag, values: vec![4.0], free: vec![false] };
         let trial = Trial { effect: lag, fitted: fit(&data, &[each], 5).unwrap(), gain: 1.0, score: 1.0 };
-        let after = diagnosis.unseen_residuals(&present, &trial);
+        let after = diagnosis.held_out_of_trial(&present, &trial);
         diagnosis.drop_of(&diagnosis.base_residual, &after)
     }
 

@@ -1,20 +1,20 @@
-//! Data for the tests of a diagnosis. In: what of the load of each sample is missing, and the state it was read in. Out:
-//! [`Data`] with one coefficient, and a diagnosis of it in five folds.
+//! Data for the tests of a diagnosis. In: the share by which each reading exceeds the load, and the state of each
+//! sample. Out: [`Data`] with one coefficient, and a diagnosis of it in five folds.
 
 use crate::effects::State;
 use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::free_curve::along_all;
-use crate::learn::diagnose::memory::Memory;
+use crate::learn::diagnose::trial_cache::TrialCache;
 use crate::learn::model::cross_validation::{Split, held_out_residuals};
 
-/// Blocks of the data, and samples of each.
+/// Number of blocks, and samples per block.
 pub(super) const BLOCKS: usize = 24;
 pub(super) const EACH: usize = 40;
-/// Standard deviation of a noise of 1.
+/// Standard deviation of the noise between −1 and 1: 1/√3.
 pub(super) const NOISE: f64 = 0.58;
 
-/// Loads of 100 to 160 that are off by `share(i)`, with `noise` times [`NOISE`], read in `state(i)`.
+/// Loads of 100 to 160; the reading of sample i is 1 + `share(i)` times that, with noise between −`noise` and `noise`.
 pub(super) fn made(share: impl Fn(usize) -> f64, noise: f64, state: impl Fn(usize) -> State) -> Data {
     let n = BLOCKS * EACH;
     let load = |i: usize| 100.0 + 10.0 * (i % 7) as f64;
@@ -42,7 +42,7 @@ pub(super) fn fifths(data: &Data) -> Split {
     Split { test: vec![false; data.len()], fold, folds: 5, how: String::new() }
 }
 
-/// A diagnosis that has begun.
+/// A diagnosis with the base model fitted.
 pub(super) fn begun<'a>(data: &'a Data, split: &'a Split, options: &'a Options, noise: f64) -> Diagnosis<'a> {
     Diagnosis {
         data,
@@ -56,7 +56,7 @@ pub(super) fn begun<'a>(data: &'a Data, split: &'a Split, options: &'a Options, 
         base_residual: held_out_residuals(data, &[], split),
         floor: NOISE * noise,
         noise: NOISE * noise,
-        memory: Memory::default(),
+        cache: TrialCache::default(),
         along: along_all(data),
     }
 }

@@ -1,30 +1,30 @@
-//! The diagnosis: which named effects the residual of the base model speaks for, which not, and what is left.
+//! The diagnosis: which named effects explain the residual of the base model, which do not, and what stays unexplained.
 //! In: [`crate::learn::dataset::samples::Data`] and a split of it. Out: [`crate::learn::report::LearnReport`].
 
+mod accidents;
 pub mod answer;
 pub mod candidates;
 mod contest;
 pub mod criteria;
 mod curve_rivals;
-pub mod curves;
 pub mod diagnosis;
 pub mod doubts;
 pub mod evidence;
 pub mod forms;
 pub mod free_curve;
 pub mod held_out;
-mod instants;
 #[cfg(test)]
 mod made_data;
-mod memory;
 pub mod over_time;
+pub mod plotted;
 pub mod residual;
 pub mod scatter;
 pub mod score_test;
 mod search;
 mod set_ups;
-mod terms;
 pub mod trial;
+mod trial_cache;
+mod undetermined_terms;
 pub mod unnamed;
 
 pub use diagnosis::Options;

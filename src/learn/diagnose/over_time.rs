@@ -1,6 +1,6 @@
-//! Coefficients followed over time (Xu, Jerard, Fussell): in windows of the log, factors on the cutting and the edge
-//! terms of the base model with their intervals. A slow rise of the edge factor is wear, a jump of the cutting factor
-//! chipping.
+//! Coefficients over time (after Xu, Jerard and Fussell 2007): in windows of the log, factors on the cutting and edge
+//! terms of the base model, with standard errors. A slow rise of the edge factor indicates wear, a jump of the cutting
+//! factor chipping.
 
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::{is_jump, is_rise};
@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 /// Windows over the log.
 const WINDOWS: usize = 8;
 
-/// Factors in each window; windows that cannot tell cutting from edge are left out.
+/// Factors in each window; windows in which cutting and edge terms cannot be separated are left out.
 pub fn windows(data: &Data, base: &Fitted) -> Vec<Window> {
     let cutting: Vec<usize> = data.used().filter(|i| part(data, base, *i, Class::Cutting) > 0.0).collect();
     let size = cutting.len() / WINDOWS;
@@ -40,14 +40,14 @@ fn window(data: &Data, base: &Fitted, members: &[usize]) -> Option<Window> {
     })
 }
 
-/// What the windows say of the edge: a jump of the cutting factor that stays (chipping), or a slow rise of the edge
-/// factor (wear) with the time until it has doubled. Either must stand out of the scatter of the windows about it.
-pub fn said(windows: &[Window]) -> Option<String> {
+/// One sentence on the edge, if the windows show a lasting jump of the cutting factor (chipping) or a slow rise of the
+/// edge factor (wear, with the time until it has doubled) that exceeds their scatter.
+pub fn in_words(windows: &[Window]) -> Option<String> {
     let (first, last) = (windows.first()?, windows.last()?);
     let length_s = last.time_s[1] - first.time_s[0];
     let jump = jump(windows).filter(|j| is_jump(j.by, j.error));
     let rise = rise(windows).filter(|r| is_rise(r.by * length_s, r.error * length_s));
-    // The one that stands out more; an edge that wears makes the cutting factor creep, and the other way round.
+    // The more significant one: wear also raises the cutting factor a little, and a chipped edge the edge factor.
     match (jump, rise) {
         (Some(j), Some(r)) if r.by / r.error > j.by / j.error => Some(worn(&r, length_s)),
         (Some(j), _) => Some(format!(
@@ -62,25 +62,25 @@ pub fn said(windows: &[Window]) -> Option<String> {
 
 /// A change of a factor with its standard error.
 struct Changed {
-    /// A jump: by how much. A rise: per second.
+    /// Of a jump: its size. Of a rise: change per second.
     by: f64,
     error: f64,
-    /// A jump: when, s. A rise: the factor when everything began.
+    /// Of a jump: its time, s. Of a rise: the factor at the beginning.
     at: f64,
 }
 
 fn worn(rise: &Changed, length_s: f64) -> String {
     let end = rise.at + rise.by * length_s;
     format!(
-        "the edge coefficients rise by {:.0} % over {:.1} min (wear); at this rate they are twice those of the sharp edge in \
-         {:.1} min of this program",
+        "the edge coefficients rise by {:.0} % over {:.1} min (wear); at this rate they are twice those of the sharp \
+         edge in {:.1} min of this program",
         100.0 * rise.by * length_s / rise.at,
         length_s / 60.0,
         ((2.0 * rise.at - end) / rise.by / 60.0).max(0.0)
     )
 }
 
-/// The step of the cutting factor that leaves the least scatter on either side of it.
+/// The step of the cutting factor with the least scatter about the means before and after it.
 fn jump(windows: &[Window]) -> Option<Changed> {
     let values: Vec<f64> = windows.iter().map(|w| w.cutting[0]).collect();
     let n = values.len();
@@ -98,7 +98,7 @@ fn jump(windows: &[Window]) -> Option<Changed> {
     splits.map(split).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, changed)| changed)
 }
 
-/// Straight line through the edge factors over time.
+/// Straight line through the edge factors over time, weighted by their standard errors.
 fn rise(windows: &[Window]) -> Option<Changed> {
     if windows.len() < 4 {
         return None;
@@ -132,8 +132,8 @@ mod tests {
 
     #[test]
     fn a_slow_rise_is_wear_and_says_how_long_the_edge_lasts() {
-        // 1 + t/1000 s: twice the sharp edge at 1000 s, that is 520 s after the end of the log.
-        let said = said(&windows(|_| 1.0, |t| 1.0 + t / 1000.0)).unwrap();
+        // Factor 1 + t/1000 s: it has doubled at 1000 s, that is 520 s after the end of the log.
+        let said = in_words(&windows(|_| 1.0, |t| 1.0 + t / 1000.0)).unwrap();
         assert!(said.contains("wear"), "{said}");
         let minutes: f64 = said.split(" min of this").next().unwrap().rsplit(' ').next().unwrap().parse().unwrap();
         assert!((minutes - 520.0 / 60.0).abs() < 0.8, "{said}");
@@ -141,13 +141,13 @@ mod tests {
 
     #[test]
     fn a_jump_that_stays_is_a_chipped_edge() {
-        let said = said(&windows(|t| if t > 240.0 { 1.2 } else { 1.0 }, |_| 1.0)).unwrap();
+        let said = in_words(&windows(|t| if t > 240.0 { 1.2 } else { 1.0 }, |_| 1.0)).unwrap();
         assert!(said.contains("chipped") && said.contains("20 % at 240 s"), "{said}");
     }
 
     #[test]
     fn scatter_and_a_single_window_that_is_off_say_nothing() {
-        assert_eq!(said(&windows(|_| 1.0, |_| 1.0)), None);
-        assert_eq!(said(&windows(|t| if (200.0..220.0).contains(&t) { 1.6 } else { 1.0 }, |_| 1.0)), None);
+        assert_eq!(in_words(&windows(|_| 1.0, |_| 1.0)), None);
+        assert_eq!(in_words(&windows(|t| if (200.0..220.0).contains(&t) { 1.6 } else { 1.0 }, |_| 1.0)), None);
     }
 }

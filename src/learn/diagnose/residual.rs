@@ -1,11 +1,12 @@
-//! What is left in a residual: in samples and residuals, out how far it is from white noise, along which covariate it
-//! has a pattern that holds on data it was not seen in, and how much of it that is.
+//! Structure in a residual. In: samples and residuals. Out: inflation, noise, and the covariates along which the
+//! residual has a pattern that also holds on blocks it was not learned on.
 //!
-//! *Inflation* φ = 1 + 2 Σ ρ_k (k while the autocorrelation ρ_k stays above its noise) says how many neighbouring samples
-//! count as one; in tables it is the design effect 1 + (m − 1)·ICC of the set-ups. *Noise floor*: √(Σ d²/2m) over the
-//! differences d of neighbouring samples of equal state, which slow structure does not touch. *Pattern*: bin means
-//! along a covariate, learned on the even blocks and scored on the odd ones and the other way round (R²), against the
-//! same score when whole blocks are given the covariate of another block.
+//! *Inflation* φ = 1 + 2 Σ ρ_k (over lags k until the autocorrelation ρ_k falls below its standard error) is the number
+//! of neighbouring samples that count as one independent sample; in tables it is the design effect 1 + (m − 1)·ICC of
+//! set-ups of m cuts (Kish 1965; ICC: intraclass correlation). *Noise floor*: √(Σ d²/2m) over m differences d of
+//! neighbouring samples, in which slow structure cancels. *Pattern*: bin means along a covariate, learned on the even
+//! blocks and scored on the odd ones and vice versa (R²), compared with the same score after the covariate values were
+//! permuted between whole blocks.
 
 use crate::effects::Covariate;
 use crate::learn::dataset::samples::Data;
@@ -16,13 +17,13 @@ use crate::learn::regress::statistics::dot;
 /// A pattern found in a residual.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
-    /// Covariate along which it runs, or "time, every … s".
+    /// Covariate along which it runs, or "time (repeats every … s)".
     pub along: String,
     /// Share of the residual's variance that it predicts in blocks it was not learned on.
     pub test_r2: f64,
-    /// Chance of as much without a pattern.
+    /// Probability of such a score without a pattern.
     pub p_value: f64,
-    /// Does it say only that neighbouring samples are alike?
+    /// Is it only an autocorrelation of neighbouring samples?
     pub is_persistence: bool,
 }
 
@@ -31,10 +32,10 @@ pub fn inflation(data: &Data, residual: &[f64]) -> f64 {
     if data.is_series() { series_inflation(data, residual) } else { group_inflation(data, residual) }
 }
 
-/// A residual in units of its expected deviation, about its mean.
+/// A residual about its mean, in units of its expected standard deviation.
 struct Scaled {
     used: usize,
-    /// Value and whether it counts (1), of runs without a gap; both 0 where a sample does not count.
+    /// For each run without a gap the values, and 1 for each sample that counts; both 0 for one that does not.
     runs: Vec<(Vec<f64>, Vec<f64>)>,
     variance: f64,
 }
@@ -109,23 +110,24 @@ fn group_inflation(data: &Data, residual: &[f64]) -> f64 {
     1.0 + (size - 1.0) * share
 }
 
-/// Standard deviation of the noise from neighbouring samples; `None` for tables.
+/// Standard deviation of the noise, from differences of neighbouring samples; `None` for tables.
 pub fn noise_floor(data: &Data, residual: &[f64]) -> Option<f64> {
     Some(half_squares(data, residual, 1)?.sqrt())
 }
 
-/// Most that neighbouring samples may share of their noise; what they share beyond that is structure.
+/// Largest autocorrelation of neighbouring samples that is taken for noise rather than structure. Judgement.
 const MOST_SHARED: f64 = 0.5;
 
-/// The same of a noise that neighbouring samples share: where its correlation falls as ρᵏ, the differences over k
-/// samples show σ²(1 − ρᵏ), so that those over two are 1 + ρ times those over one.
+/// The same for an autocorrelated noise. If the autocorrelation is ρᵏ at lag k, half the mean square of differences
+/// over k samples is σ²(1 − ρᵏ); that over two samples is therefore 1 + ρ times that over one, which gives ρ and σ.
 pub fn noise_with_memory(data: &Data, residual: &[f64]) -> Option<f64> {
     let (one, two) = (half_squares(data, residual, 1)?, half_squares(data, residual, 2)?);
     let shared = (two / one.max(1e-300) - 1.0).clamp(0.0, MOST_SHARED);
     Some((one / (1.0 - shared)).sqrt())
 }
 
-/// Half the mean square of differences between samples `apart`, for a normal noise; `None` where there are too few.
+/// Half the mean square of differences between samples `apart` in a run, without the largest 5 %; `None` if there are
+/// too few. For normal noise the others have 0.7587 of the mean square of all.
 fn half_squares(data: &Data, residual: &[f64], apart: usize) -> Option<f64> {
     let sure = 0.5 * data.weight.iter().copied().fold(0.0, f64::max);
     let counts = |i: usize| data.run[i] == data.run[i - apart] && (i - apart..=i).all(|k| data.weight[k] > sure);
@@ -134,13 +136,13 @@ fn half_squares(data: &Data, residual: &[f64], apart: usize) -> Option<f64> {
     if squares.len() < 20 {
         return None;
     }
-    // The largest twentieth are steps of the load, not noise.
+    // The largest 5 % are steps of the load, not noise.
     squares.sort_by(f64::total_cmp);
     squares.truncate(squares.len() * 19 / 20);
     Some(squares.iter().sum::<f64>() / squares.len() as f64 / 0.7587)
 }
 
-/// Covariates along which a residual is looked at.
+/// Covariates along which a residual is searched for patterns.
 pub const COVARIATES: [Covariate; 19] = [
     Covariate::Time,
     Covariate::Sliding,
@@ -163,7 +165,7 @@ pub const COVARIATES: [Covariate; 19] = [
     Covariate::EdgePosition,
 ];
 
-/// Every pattern that is called structure, with a chance below 5 %, strongest first.
+/// Every pattern that counts as structure ([`is_structure`]) with a p value below 5 %, strongest first.
 pub fn patterns(data: &Data, residual: &[f64], load: &[f64], seed: u64) -> Vec<Pattern> {
     let mut found = Vec::new();
     for covariate in COVARIATES {
@@ -181,10 +183,10 @@ pub fn patterns(data: &Data, residual: &[f64], load: &[f64], seed: u64) -> Vec<P
     found
 }
 
-/// Permutations behind a p-value.
+/// Permutations for a p value.
 const ROUNDS: usize = 99;
 
-/// Pattern along one covariate; `None` when it does not vary or blocks are too few.
+/// Pattern along one covariate; `None` if the covariate does not vary, blocks are too few, or it is no structure.
 fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -> Option<Pattern> {
     let used: Vec<usize> = data.used().filter(|i| values[*i].is_finite()).collect();
     let blocks = data.blocks();
@@ -210,11 +212,11 @@ fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -
     })
 }
 
-/// Fewest cuts a set-up, on average: two that tell and two that are told. Judgement.
+/// Fewest cuts per set-up on average: two to learn from and two to score. Judgement.
 const CUTS_OF_A_SET_UP: usize = 4;
 
-/// Do cuts of a set-up leave what the others of that set-up leave? Learned on every other cut of each set-up, scored on the rest;
-/// against the same with the cuts shuffled over the set-ups.
+/// Do cuts of one set-up share a residual? Means learned on every other cut of each set-up and scored on the rest,
+/// compared with the same after the cuts were shuffled over the set-ups.
 fn from_set_up_to_set_up(data: &Data, residual: &[f64], seed: u64) -> Option<Pattern> {
     let blocks = data.blocks();
     let used: Vec<usize> = data.used().collect();
@@ -248,7 +250,7 @@ fn from_set_up_to_set_up(data: &Data, residual: &[f64], seed: u64) -> Option<Pat
     })
 }
 
-/// Bin of each used sample, by quantiles; `None` when there is only one.
+/// Bin of each used sample, bins by quantiles; `None` if there is only one bin.
 fn bins_of(used: &[usize], values: &[f64], count: usize) -> Option<Vec<usize>> {
     let mut sorted: Vec<f64> = used.iter().map(|i| values[*i]).collect();
     sorted.sort_by(f64::total_cmp);
@@ -261,7 +263,7 @@ fn bins_of(used: &[usize], values: &[f64], count: usize) -> Option<Vec<usize>> {
     Some(used.iter().map(|i| edges.partition_point(|edge| *edge <= values[*i] * (1.0 + 1e-12))).collect())
 }
 
-/// R² of bin means learned on one half of the blocks and scored on the other.
+/// R² of bin means learned on one half of the samples (`half`) and scored on the other, over both ways.
 fn cross_r2(used: &[usize], bins: &[usize], half: &[bool], residual: &[f64], data: &Data) -> f64 {
     let count = bins.iter().max().map_or(1, |m| m + 1);
     let (mut sums, mut weights) = (vec![[0.0; 2]; count], vec![[0.0; 2]; count]);
@@ -307,7 +309,7 @@ fn permuted(members: &[Vec<usize>], bins: &[usize], chance: &mut Chance) -> Vec<
     out
 }
 
-/// Structure in time that no covariate shows: persistence from sample to sample, or a period.
+/// Structure in time: autocorrelation of neighbouring samples, and with it a period.
 fn in_time(data: &Data, residual: &[f64]) -> Vec<Pattern> {
     let scaled = Scaled::new(data, residual);
     let rho = scaled.autocorrelation(1);
@@ -331,7 +333,8 @@ fn in_time(data: &Data, residual: &[f64]) -> Vec<Pattern> {
     found
 }
 
-/// Best period on one half of the time, scored by folded bin means on the other half.
+/// The period of largest spectral power, s, and its R² from bin means over the phase, learned and scored on alternate
+/// blocks.
 fn period(data: &Data, residual: &[f64], span: f64) -> Option<(f64, f64)> {
     let used: Vec<usize> = data.used().filter(|i| data.state[*i].time_s.is_finite()).collect();
     let (first, last) = (data.state[*used.first()?].time_s, data.state[*used.last()?].time_s);
@@ -339,7 +342,7 @@ fn period(data: &Data, residual: &[f64], span: f64) -> Option<(f64, f64)> {
     let (low, high) = (3.0 / length, 0.25 / span.max(1e-6));
     let count = ((high - low) * length * 3.0).clamp(10.0, 4000.0) as usize;
     let step = (high - low) / count as f64;
-    // Of each sample w r e^(2πift), turned on by the step from one frequency to the next.
+    // w r e^(2πift) of each sample, multiplied by e^(2πi Δf t) from one frequency to the next.
     let turned = |f: f64| used.iter().map(move |i| (std::f64::consts::TAU * f * data.state[*i].time_s).sin_cos());
     let turns: Vec<(f64, f64)> = turned(step).collect();
     let begin = turned(low).zip(&used).map(|((sin, cos), i)| {

@@ -1,29 +1,30 @@
-//! How far the load of a cut is from what a model says of it. In: held-out residuals, the part of the reading that the model gives
-//! to the cut. Out: the standard deviation of the load, as a share of it.
+//! Relative error of the predicted load of a cut. In: held-out residuals, predicted load of the cut in each sample.
+//! Out: the standard deviation of the true load about the predicted one, as a share of it.
 //!
-//! A reading is y = ŷ + P·u + τ + ε: P the predicted part of the cut, u what the model misses of the load, as a share of it, τ what it
-//! misses of the tare, ε the noise of the sensor. The noise is no load of the process and is new with every reading; what the model
-//! misses stays for a while. The product of neighbouring residuals r = y − ŷ has therefore the mean
+//! A reading is y = ŷ + P·u + τ + ε: P the predicted load of the cut, u the relative error of that load, τ the error of
+//! the tare, ε the noise of the sensor. The noise is independent from reading to reading, and no load of the process; u
+//! and τ persist over neighbouring readings. The product of neighbouring residuals r = y − ŷ therefore has the mean
 //!
 //! mean of rᵢ rᵢ₊₁ = var(τ) + var(u)·Pᵢ Pᵢ₊₁
 //!
-//! in which ε does not appear, and a noise that neighbours share appears in the first term as long as it does not grow with the load.
-//! Both terms follow by least squares, neither below 0. Large loads weigh most: there limits act. What comes and goes within one sample
-//! (a tenth of a second or more) is not seen. A table of steady cuts has no neighbours: nothing parts the two there, and the whole
-//! held-out error counts, mean of r² = var(u)·P².
+//! without ε; autocorrelated noise adds to the first term as long as it does not grow with the load. Both terms follow
+//! by least squares, var(τ) not below 0. Large loads weigh most: there limits act. Errors of the load that change
+//! within one sample (a tenth of a second or more) are not seen. A table of steady cuts has no neighbouring readings;
+//! the noise cannot be separated there, and the whole held-out error counts: mean of r² = var(u)·P².
 //!
-//! What is missed belongs together over stretches, of which a log has few: var(u) is known to a standard error that follows from leaving
-//! out each stretch in turn (jackknife). The answer is that of the variance one such error above its estimate, so that a log that happens
-//! to show nothing does not promise that nothing is missed.
+//! The errors u are common to a stretch of the log, and a log has few stretches. The standard error of var(u) follows
+//! from leaving out each stretch in turn (jackknife: Efron and Stein 1981). The result is the square root of var(u)
+//! plus one standard error, so that a log that shows no error by chance does not promise a perfect prediction.
 
 use std::collections::BTreeMap;
 
 use crate::learn::dataset::samples::Data;
 
-/// Fewest pairs or cuts that say anything.
+/// Fewest pairs or cuts for a result.
 const FEWEST: usize = 8;
 
-/// See the head of the file; residuals that are not finite are not held out. `None` where too few are.
+/// Relative standard deviation of the load; see the head of the file. Residuals that are not finite are skipped; `None`
+/// if too few are left.
 pub fn scatter_of_load(data: &Data, residual: &[f64], cut: &[f64]) -> Option<f64> {
     let series = data.is_series();
     let products = if series { neighbours(data, residual, cut) } else { alone(data, residual, cut) };
@@ -45,7 +46,7 @@ fn standard_error(without: &[f64]) -> f64 {
     ((n - 1.0) / n * without.iter().map(|v| (v - mean).powi(2)).sum::<f64>()).sqrt()
 }
 
-/// Product of two residuals, and of the parts of the cut, with its weight.
+/// rᵢ rⱼ and Pᵢ Pⱼ of two readings, with their weight.
 struct Product {
     of_residuals: f64,
     of_cut: f64,
@@ -93,12 +94,12 @@ fn sums_by_stretch(products: &[Product]) -> Vec<Sums> {
     sums.into_values().collect()
 }
 
-/// v of z = v·q.
+/// v of z = v·q by least squares.
 fn slope(Sums([_, _, _, qq, qz]): &Sums) -> Option<f64> {
     (*qq > 0.0).then(|| qz / qq)
 }
 
-/// v of z = t + v·q with t ≥ 0.
+/// v of z = t + v·q with t ≥ 0, by least squares.
 fn slope_beside_level(sums: &Sums) -> Option<f64> {
     let Sums([one, q, z, qq, qz]) = sums;
     let determinant = one * qq - q * q;
@@ -115,13 +116,13 @@ mod tests {
     use crate::effects::State;
     use crate::learn::regress::random::Chance;
 
-    /// Even numbers about 0 with this standard deviation.
+    /// Uniform random number about 0 with this standard deviation.
     fn even(chance: &mut Chance, deviation: f64) -> f64 {
         (chance.unit() - 0.5) * 12.0_f64.sqrt() * deviation
     }
 
-    /// Cuts of 100 to 500 W, ten samples each, with air between, and residuals of `u` of a cut's load, `tare` W of such a
-    /// stretch and `noise` W of each reading.
+    /// Cuts of 100 to 500 W, ten samples each, with air between. Standard deviations: `u` of the load and `tare` W,
+    /// both constant in a stretch, and `noise` W in each reading.
     fn residuals(u: f64, tare: f64, noise: f64, is_log: bool) -> (Data, Vec<f64>, Vec<f64>) {
         let mut chance = Chance::new(7);
         let (mut residual, mut cut) = (Vec::new(), Vec::new());
@@ -153,10 +154,10 @@ mod tests {
 
     #[test]
     fn what_the_model_misses_is_parted_from_the_noise_of_the_sensor() {
-        // One neighbour in ten lies beyond the end of a stretch, where the load is off by something else: √0.9 of the 5 %; and some more, as
-        // 300 stretches know the variance to a tenth.
+        // One pair in ten spans two stretches with independent errors: √0.9 of the 5 %. Above that the standard error
+        // of the variance, a tenth with 300 stretches.
         assert!((0.044..0.058).contains(&scatter(0.05, 0.0, 0.0)), "{}", scatter(0.05, 0.0, 0.0));
-        // A noise of 30 W is 10 % of the mean load, and none of it is load.
+        // A noise of 30 W, 10 % of the mean load, does not count.
         assert!((0.042..0.060).contains(&scatter(0.05, 0.0, 30.0)), "{}", scatter(0.05, 0.0, 30.0));
         let least = scatter(0.0, 0.0, 30.0);
         assert!(least > 0.0 && least < 0.02, "{least}");
@@ -167,7 +168,7 @@ mod tests {
         let (all, residual, cut) = residuals(0.05, 0.0, 0.0, true);
         let mut few = all.clone();
         few.weight[150..].fill(0.0);
-        // By how much the answer exceeds the best estimate.
+        // Ratio of the result to the best estimate.
         let by = |data: &Data| {
             let of = sums_by_stretch(&neighbours(data, &residual, &cut));
             let whole = of.iter().fold(Sums::default(), |sum, own| sum.plus(own, 1.0));

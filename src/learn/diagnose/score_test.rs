@@ -1,9 +1,9 @@
-//! The instant or the region in which the load differs, looked for by a score test. In: data, the present model. Out: a
-//! place.
+//! The instant or the region at which the load changes, found by a score test. In: data, the present model. Out: an
+//! instant, or a rectangle in X and Y.
 //!
-//! With sensitivity s of the reading and the Jacobian J of the present model, a mask m gains (Σ m w s r)² / (Σ m w s² −
-//! vᵀ(JᵀWJ)⁻¹v), v = Σ m w s J (Rao 1948), and all these sums add up over cells, so that thousands of masks cost no
-//! more than one pass over the samples.
+//! With sensitivity s of the reading and the Jacobian J of the present model, the score of a mask m is (Σ m w s r)² /
+//! (Σ m w s² − vᵀ(JᵀWJ)⁻¹v), v = Σ m w s J (Rao 1948). All these sums are additive over cells, so thousands of masks
+//! cost no more than one pass over the samples.
 
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::model::fit::{Fitted, jacobian, part, pseudo_inverse};
@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 /// Sums over a set of samples that the score of a mask needs.
 #[derive(Clone)]
 struct Sums {
+    /// Σ w s r, Σ w s² and Σ w s J.
     g: f64,
     ss: f64,
     sj: DVector<f64>,
@@ -51,7 +52,7 @@ impl Score {
             each.push(Sums { g: w * s * residual[i], ss: w * s * s, sj: row * (w * s) });
         }
         let mut full = DMatrix::from_fn(p, p, |a, b| normal[(a.max(b), a.min(b))]);
-        // Columns that these cuts cannot tell apart are told apart by the priors, as in the fit.
+        // Priors separate columns that these cuts cannot, as in the fit.
         for (b, sd) in data.base.iter().enumerate().filter_map(|(b, base)| Some((b, base.prior?.1))) {
             full[(b, b)] += 1.0 / (sd * sd);
         }
@@ -76,10 +77,10 @@ impl Score {
     }
 }
 
-/// Fewest samples or cuts before and behind an instant: fewer are outliers, as in the parts of a curve. Judgement.
+/// Fewest samples or cuts before and after an instant: fewer may be outliers, as in the parts of a curve. Judgement.
 const FEWEST: usize = 6;
 
-/// The instant from which on the load of the cut differs most.
+/// The instant of best score, from which on the load of the cut differs, s.
 pub fn instant(data: &Data, present: &Fitted) -> Option<f64> {
     let score = Score::new(data, present, &part(data, present, &[Class::Cutting, Class::Edge]));
     let n = score.used.len();
@@ -102,7 +103,7 @@ pub fn instant(data: &Data, present: &Fitted) -> Option<f64> {
 /// Cells of the work in X and in Y.
 const GRID: usize = 12;
 
-/// The region in which it does: [x_min, x_max, y_min, y_max], mm.
+/// The region of best score in which the load of the cut differs: [x_min, x_max, y_min, y_max], mm.
 pub fn region(data: &Data, present: &Fitted) -> Option<[f64; 4]> {
     let sensitivity = part(data, present, &[Class::Cutting, Class::Edge]);
     let top = sensitivity.iter().copied().fold(0.0, f64::max);
@@ -110,7 +111,8 @@ pub fn region(data: &Data, present: &Fitted) -> Option<[f64; 4]> {
     let [x, y] = edges(data, &cutting)?;
     let score = Score::new(data, present, &sensitivity);
     let place = |i: usize| (cell(&x, data.state[i].position.x), cell(&y, data.state[i].position.y));
-    // prefix[a][b]: sums over the cells left of a and below b
+    // prefix[a][b]: sums over the cells left of a and below b (summed-area table), from which any rectangle follows by
+    // four terms.
     let mut prefix = vec![vec![Sums::zero(score.p); GRID + 1]; GRID + 1];
     for (k, &i) in score.used.iter().enumerate() {
         let (a, b) = place(i);
@@ -149,7 +151,7 @@ pub fn region(data: &Data, present: &Fitted) -> Option<[f64; 4]> {
     Some(refine(data, &score, [x[a0], x[a1], y[b0], y[b1]], [x[1] - x[0], y[1] - y[0]]))
 }
 
-/// Cell edges in x and y; `None` when nothing is cut over an area.
+/// Cell edges in x and y; `None` if the cuts have no extent.
 fn edges(data: &Data, cutting: &[usize]) -> Option<[Vec<f64>; 2]> {
     let axis = |index: usize| {
         let values = cutting.iter().map(|i| data.state[*i].position[index]);

@@ -1,19 +1,21 @@
-//! From data to named effects. In: [`Data`] and a [`Split`]. Out: a [`LearnReport`].
+//! From data to named effects: forward selection by score and cross-validation, then pruning. In: [`Data`] and a
+//! [`Split`]. Out: a [`LearnReport`].
 //!
 //! 1. The base model is fitted on the training blocks and judged on the others.
-//! 2. Every candidate is fitted together with what is already in the model. Its gain is G = n/φ · ln(RSS₀/RSS₁), with φ the
-//!    inflation of its own residual (neighbouring samples that are left with a common error count as one); its score is
-//!    G − k ln(n/φ) for k parameters.
-//! 3. The best is added if its score is above the threshold, its parameters are physical, it lowers the held-out error of
-//!    the folds by more than one standard error over the blocks, beside the effects before it in any shape, no curve along
-//!    something that it knows nothing of does better, and it does no harm on kinds of cuts it was not fitted on.
-//! 4. When none is found alone, pairs are tried: one may hide the other from the fit.
-//! 5. Each effect must still pay beside the others, and no other must do better in its place: what clearly does takes it,
-//!    and the search goes on from there; what does as well is said beside the name ([`super::contest`]).
-//! 6. Where no effect of the list is left to add, the curve over a covariate that lowers the held-out error most is added
-//!    without a name ([`super::unnamed`]), the list is gone through again beside it, each curve is chosen once more, and so is 5. What remains
-//!    after that is reported beside what was found; it takes nothing back.
-//! 7. Base terms that a table does not tell are left out where it is predicted better without ([`super::terms`]).
+//! 2. Every candidate is fitted together with the effects already in the model. Its gain is G = n/φ · ln(RSS₀/RSS₁),
+//!    with φ the inflation of the residual it leaves (neighbouring samples with a common error count as one); its score
+//!    is G − k ln(n/φ) for k parameters (Bayesian information criterion, Schwarz 1978).
+//! 3. The best is added if it passes every test of [`super::evidence`]: score, physical parameters, held-out error, no
+//!    better curve along a covariate that it does not depend on, no harm to kinds of cuts it was not fitted on.
+//! 4. If no single one passes, pairs are tried: each may mask the other in the fit.
+//! 5. Each effect must still earn its score beside those added later. Then each named effect is compared with
+//!    everything that can replace it ([`super::contest`]): a clearly better rival replaces it and the search continues;
+//!    an equal one is reported beside it.
+//! 6. When no effect of the list can be added, the curve over a covariate that lowers the held-out error most is added
+//!    without a name ([`super::unnamed`]); the list is tried again beside it, the curves are chosen again, and step 5
+//!    is repeated. Structure that remains is reported and refutes nothing that was found.
+//! 7. Base terms that a table does not determine are left out if it is predicted better without them
+//!    ([`super::undetermined_terms`]).
 
 use crate::effects::{Acts, named};
 use crate::learn::dataset::errors::errors;
@@ -25,10 +27,10 @@ use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, is_shape_of, remove};
 use crate::learn::diagnose::free_curve::along_all;
-use crate::learn::diagnose::memory::Memory;
 use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
-use crate::learn::diagnose::terms::Told;
 use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
+use crate::learn::diagnose::trial_cache::TrialCache;
+use crate::learn::diagnose::undetermined_terms::Reduced;
 use crate::learn::diagnose::unnamed::{ResidualCurve, is_unnamed, with_predicted_loads};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_case, t_statistic, without};
 use crate::learn::model::design::FittedEffect;
@@ -36,12 +38,12 @@ use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::model::whitening::{weighed_by, whitened};
 use crate::learn::report::{Confounded, LearnReport, Rejected};
 
-/// Effects that are tried in pairs when none is found alone.
+/// Candidates of best score whose pairs are tried when none is found alone.
 const PAIRED: usize = 6;
-/// Pairs that are judged on data left out, best first.
+/// Pairs of best score that are judged on held-out data.
 const PAIRS_JUDGED: usize = 4;
 
-/// Most names that give way to something else.
+/// Most named effects that are replaced by a rival.
 const EXCHANGES: usize = 3;
 
 /// Most curves without a name.
@@ -64,54 +66,55 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
         base_residual: Vec::new(),
         floor: 0.0,
         noise: 0.0,
-        memory: Memory::default(),
+        cache: TrialCache::default(),
         along: along_all(&scaled),
     };
     let base = fit(&search.train, &[], 0)?;
-    let begin = search.timed(&base);
-    let begin = search.with_known(begin)?;
+    let begin = search.with_timed_acceleration(&base);
+    let begin = search.with_known_effects(begin)?;
     search.base_residual = held_out_residuals(&search.train, &begin.model.effects, split);
     search.floor = noise_floor(&search.train, &base.residuals(data)).unwrap_or(0.0);
     search.noise = noise_with_memory(&search.train, &base.residuals(data)).unwrap_or(0.0);
-    let (fitted, mut confounded) = search.found(&begin);
-    // What an effect made of one channel has stood in its noise so far.
+    let (fitted, mut confounded) = search.search_from(&begin);
+    // The noise of each channel was estimated with the base model, whose residual held the effects as well: estimate it
+    // again.
     let several = data.channel.iter().any(|c| *c != data.channel[0]);
     let weighed = if several { weighed_by(data, &fitted) } else { scaled.clone() };
     let train = weighed.with_weights(without(&weighed, |i| split.test[i]));
     let refitted = |f: Fitted| if several { fit(&train, &f.model.effects, FORM_ROUNDS) } else { Some(f) };
     let (base, fitted) = refitted(base).zip(refitted(fitted))?;
-    let search = Diagnosis { data: &weighed, train, memory: Memory::default(), ..search };
-    let Told { data: told, train, fitted, left_out } = search.without_untold_terms(fitted);
-    let mut last = Diagnosis { data: &told, train, memory: Memory::default(), ..search.clone() };
+    let search = Diagnosis { data: &weighed, train, cache: TrialCache::default(), ..search };
+    let Reduced { data: reduced, train, fitted, left_out } = search.without_undetermined_terms(fitted);
+    let mut last = Diagnosis { data: &reduced, train, cache: TrialCache::default(), ..search.clone() };
     let mut report = last.report(&search, &base, &fitted);
     report.left_out = left_out;
     confounded.retain(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0]));
     report.confounded = confounded;
     doubt_families_with_rivals(&mut report);
     doubt_what_does_not_help(&mut report);
-    report.unexplained = unexplained(&told, &fitted, &report, options.seed);
+    report.unexplained = unexplained(&reduced, &fitted, &report, options.seed);
     report.verdict = verdict(&report);
     Some(report)
 }
 
 impl Diagnosis<'_> {
-    /// The model at the end of the search, and what its names cannot be told from. Names are contested before curves are added: a
-    /// curve beside a name that is wrong would make up for what the name lacks.
-    fn found(&mut self, begin: &Fitted) -> (Fitted, Vec<Confounded>) {
+    /// The model at the end of the search, and what its effects are confounded with. Rivals are compared before curves
+    /// are added: a curve beside a wrong effect would correct its error and hide that it is wrong.
+    fn search_from(&mut self, begin: &Fitted) -> (Fitted, Vec<Confounded>) {
         let mut confounded: Vec<Confounded> = Vec::new();
         let named = self.add_names(begin, true, &mut confounded);
-        let (mut found, mut in_doubt) = self.settled(named, EXCHANGES, &mut confounded);
+        let (mut found, mut in_doubt) = self.contested_until_stable(named, EXCHANGES, &mut confounded);
         if let Some(more) = self.add_curves(&found, &mut confounded) {
             let more = self.curves_chosen_again(more);
-            (found, in_doubt) = self.settled(more, EXCHANGES, &mut confounded);
+            (found, in_doubt) = self.contested_until_stable(more, EXCHANGES, &mut confounded);
         }
         confounded.extend(in_doubt);
         (found, confounded)
     }
 
-    /// A model in which every effect still pays and every name holds its place, and what those cannot be told from; so many names may
-    /// give way.
-    fn settled(
+    /// Prunes the model and replaces effects by clearly better rivals, at most `exchanges` times, until none is better;
+    /// with what the remaining ones are confounded with.
+    fn contested_until_stable(
         &mut self,
         added: Fitted,
         exchanges: usize,
@@ -131,7 +134,7 @@ impl Diagnosis<'_> {
         (found, Vec::new())
     }
 
-    /// The model with all the effects of the list that data show, one after the other.
+    /// Adds effects of the list one after the other until none passes; on the first step of a search, pairs too.
     fn add_names(&mut self, base: &Fitted, is_first: bool, confounded: &mut Vec<Confounded>) -> Fitted {
         let mut found = base.clone();
         let mut is_first = is_first;
@@ -148,20 +151,21 @@ impl Diagnosis<'_> {
         }
     }
 
-    /// The model with curves without a name, and the list gone through again beside each; `None` where none is clear.
+    /// Adds curves without a name, and after each the effects of the list that pass beside it; `None` if no curve is
+    /// significant.
     fn add_curves(&mut self, base: &Fitted, confounded: &mut Vec<Confounded>) -> Option<Fitted> {
         let mut found = None;
         loop {
             let present = found.as_ref().unwrap_or(base);
             let curves = present.model.effects.iter().filter(|each| is_unnamed(each.effect)).count();
-            let curve = if curves < MOST_CURVES { self.with_unnamed(present) } else { None };
+            let curve = if curves < MOST_CURVES { self.with_best_curve(present) } else { None };
             let Some(curve) = curve else { return found };
             found = Some(self.add_names(&curve, false, confounded));
         }
     }
 
-    /// The model with every curve but the last chosen once more: when it was chosen, the effects added after it were missing from
-    /// the model, and it may have stood in for them.
+    /// The model with every curve but the last chosen again: when it was chosen, the effects added after it were
+    /// missing from the model, and it may have taken their part.
     fn curves_chosen_again(&mut self, model: Fitted) -> Fitted {
         let mut present = model;
         let names = present.model.effects.iter().filter(|each| is_unnamed(each.effect)).map(|each| each.effect.name);
@@ -172,7 +176,7 @@ impl Diagnosis<'_> {
             }
             let Some(without_it) = fit(&self.train, &remove(&present.model.effects, e), FORM_ROUNDS) else { continue };
             if let Some(other) = self
-                .with_unnamed(&without_it)
+                .with_best_curve(&without_it)
                 .filter(|other| other.model.effects.last().is_some_and(|last| last.effect.name != name))
             {
                 present = other;
@@ -181,8 +185,8 @@ impl Diagnosis<'_> {
         present
     }
 
-    /// The model with the effects of the one that learning begins from.
-    fn with_known(&mut self, begin: Fitted) -> Option<Fitted> {
+    /// The model with the effects of the model file that learning starts from.
+    fn with_known_effects(&mut self, begin: Fitted) -> Option<Fitted> {
         let has = |known: &FittedEffect| begin.model.effects.iter().any(|each| each.effect.name == known.effect.name);
         let known: Vec<FittedEffect> = self.options.known.iter().filter(|known| !has(known)).cloned().collect();
         if known.is_empty() {
@@ -190,14 +194,15 @@ impl Diagnosis<'_> {
         }
         let effects: Vec<FittedEffect> = begin.model.effects.iter().cloned().chain(known.iter().cloned()).collect();
         let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
-        let errors = [self.judged(&begin.model.effects).rmse, self.judged(&fitted.model.effects).rmse];
+        let errors =
+            [self.judgement_errors(&begin.model.effects).rmse, self.judgement_errors(&fitted.model.effects).rmse];
         for each in &known {
-            self.evidence.push((each.effect.name, "of the model that learning began from".to_owned(), 1.0, errors));
+            self.evidence.push((each.effect.name, "from the model that learning began with".to_owned(), 1.0, errors));
         }
         Some(fitted)
     }
 
-    /// The model with the best effect of the list that stands every test, and who could stand in its place.
+    /// The model with the best effect of the list that passes every test; notes what it is confounded with.
     fn next_named(&mut self, model: &Fitted, note: bool, confounded: &mut Vec<Confounded>) -> Option<Fitted> {
         let mut trials = self.trials(model, note);
         trials.sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -206,26 +211,26 @@ impl Diagnosis<'_> {
         confounded.retain(|c| !c.names.iter().any(|name| name == trials[chosen].effect.name));
         confounded.extend(self.drift(&present, &trials[chosen], &after));
         confounded.extend(self.accident_or_difference(&present, &trials[chosen]));
-        Some(self.shaped(trials.swap_remove(chosen).fitted))
+        Some(self.with_best_shape(trials.swap_remove(chosen).fitted))
     }
 
-    /// The base model, with the acceleration that the times of the blocks show.
-    fn timed(&mut self, base: &Fitted) -> Fitted {
+    /// The base model with the acceleration fitted to the block times, if these show a slower machine.
+    fn with_timed_acceleration(&mut self, base: &Fitted) -> Fitted {
         let corner = self.options.candidates.iter().copied().find(|e| e.acts == Acts::Motion);
         let Some(((factor, nats), effect)) = self.data.timed_acceleration.zip(corner) else { return base.clone() };
         let each = FittedEffect { effect, values: vec![factor], free: vec![false] };
         let Some(fitted) = fit(&self.train, &[each], 5) else { return base.clone() };
         let text =
-            format!("the times that the blocks took show it ({nats:.0} nats ahead of the declared acceleration)");
-        let errors = [self.judged(&[]).rmse, self.judged(&fitted.model.effects).rmse];
+            format!("the block times show it (log-likelihood {nats:.0} nats above that of the declared acceleration)");
+        let errors = [self.judgement_errors(&[]).rmse, self.judgement_errors(&fitted.model.effects).rmse];
         self.evidence.push((effect.name, text, (-nats).exp(), errors));
         fitted
     }
 
-    /// Index of the best trial that stands every test, and what it leaves on data left out.
+    /// Index of the best trial that passes every test, and its held-out residuals.
     fn first_accepted(&mut self, present: &Present, trials: &[Trial]) -> Option<(usize, Vec<f64>)> {
         for (k, trial) in trials.iter().enumerate() {
-            let after = match self.shown(present, trial) {
+            let after = match self.tested(present, trial) {
                 Ok(after) => after,
                 Err(why) => {
                     self.reject(trial, why);
@@ -239,7 +244,10 @@ impl Diagnosis<'_> {
                 t_statistic(&improvement_by_case(&self.train, &present.left, &after)),
                 trial.score
             );
-            let errors = [self.judged(&present.model.model.effects), self.judged(&trial.fitted.model.effects)];
+            let errors = [
+                self.judgement_errors(&present.model.model.effects),
+                self.judgement_errors(&trial.fitted.model.effects),
+            ];
             self.evidence.push((trial.effect.name, text, p_value, errors.map(|e| e.rmse)));
             self.rejected.retain(|r| r.name != trial.effect.name);
             return Some((k, after));
@@ -247,7 +255,7 @@ impl Diagnosis<'_> {
         None
     }
 
-    /// Two effects that explain together what neither does alone (each hides the other from the fit).
+    /// Two effects that explain together what neither explains alone, because each masks the other in the fit.
     fn pair(&mut self, base: &Fitted) -> Option<Fitted> {
         let left = errors(&self.train, |i| self.base_residual[i]).rmse;
         if !self.criteria().pairs_are_worth_it(left, self.floor) {
@@ -259,7 +267,7 @@ impl Diagnosis<'_> {
         let mut pairs: Vec<(f64, Trial)> = Vec::new();
         for one in &first {
             for two in self.trials(&one.fitted, false) {
-                let asked = two.fitted.model.effects.iter().map(FittedEffect::asked).sum();
+                let asked = two.fitted.model.effects.iter().map(FittedEffect::free_count).sum();
                 let (score, _) = score_of(&self.train, base, &two.fitted, asked);
                 if score > 2.0 * self.threshold()
                     && two.fitted.model.effects.iter().all(|u| unphysical(Some(u), self.data.clock_s).is_none())
@@ -276,26 +284,27 @@ impl Diagnosis<'_> {
             let share =
                 self.share_of_excess(&self.base_residual, &after, &self.base_residual, self.criteria().least_excess);
             let t = t_statistic(&improvement_by_case(&self.train, &self.base_residual, &after));
-            // Errors of the engagement are no effect, of two names no more than of one.
+            // A change of load within the error of the engagement is no evidence, for two effects as for one.
             let is_seen = self.change_of_load(base, &self.base_residual, &after) >= self.criteria().engagement_known_to;
             let enough = is_seen && self.criteria().pair_explains(share, t) && !self.leaves_much(&after);
             let better = |found: &ResidualCurve| {
                 let knows = |u: &FittedEffect| u.effect.knows(found.covariate, found.effect.multiplies);
                 let known = two.fitted.model.effects.iter().any(knows);
-                !known && self.is_better(&after, &found.follows.left)
+                !known && self.is_better(&after, &found.fit.left)
             };
-            // One curve that leaves as little is the simpler answer.
-            let simpler = || curves.first().is_some_and(|found| !self.is_better(&found.follows.left, &after));
+            // A single curve with the same held-out error is the simpler explanation.
+            let simpler = || curves.first().is_some_and(|found| !self.is_better(&found.fit.left, &after));
             let new = base.model.effects.len()..two.fitted.model.effects.len();
-            let is_accident = |e| self.lies_between(&two.fitted, e, &self.base_residual).is_none();
+            let is_accident = |e| self.why_between_operations(&two.fitted, e, &self.base_residual).is_none();
             let sound = enough && !curves.iter().any(better) && !simpler() && new.into_iter().all(is_accident);
             sound.then_some((score, two, share))
         });
         let (score, two, share) = judged?;
-        let errors = [self.judged(&[]).rmse, self.judged(&two.fitted.model.effects).rmse];
+        let errors = [self.judgement_errors(&[]).rmse, self.judgement_errors(&two.fitted.model.effects).rmse];
         for each in &two.fitted.model.effects[base.model.effects.len()..] {
             let text = format!(
-                "only together with the other it takes away {:.0} % of what the base model leaves (score {score:.1})",
+                "only together with the other it removes {:.0} % of what the base model leaves beyond the noise \
+                 (score {score:.1})",
                 100.0 * share
             );
             self.evidence.push((each.effect.name, text, self.p_of_the_search(&two), errors));
@@ -305,7 +314,8 @@ impl Diagnosis<'_> {
         Some(self.prune(two.fitted)).filter(|left| left.model.effects.len() > base.model.effects.len() + 1)
     }
 
-    /// Takes effects out that no longer pay, and gives the others the form that suits them there.
+    /// Removes effects whose score beside the others is too low, and changes the others to a form of clearly better
+    /// score.
     fn prune(&mut self, fitted: Fitted) -> Fitted {
         let mut present = fitted;
         let mut k = 0;
@@ -333,7 +343,7 @@ impl Diagnosis<'_> {
         present
     }
 
-    /// The model without the other of a pair of which one is gone: it explains nothing alone.
+    /// The model without the second effect of a pair after the first was removed: alone it explains nothing.
     fn without_pair(&mut self, present: &Fitted) -> Fitted {
         let is_left = |each: &&FittedEffect| !self.pair.contains(&each.effect.name);
         let others: Vec<FittedEffect> = present.model.effects.iter().filter(is_left).cloned().collect();
@@ -344,12 +354,13 @@ impl Diagnosis<'_> {
         fit(&self.train, &others, 12).unwrap_or_else(|| present.clone())
     }
 
-    /// What the `k`-th effect is worth in a model: its score, and whether it lowers the held-out error beside curves without a
-    /// name. Curves over its own covariates are its shape: they are taken out with it, and cannot stand in its place.
+    /// Score of the `k`-th effect beside the others, and whether it lowers the held-out error if there are curves
+    /// without a name. Curves over its own covariates correct its law and are left out of both models, so that they
+    /// cannot replace it.
     fn worth_of(&self, present: &Fitted, without_it: &Fitted, k: usize) -> Option<(f64, bool)> {
         let effects = &present.model.effects;
         let own = &effects[k];
-        let score = |without: &Fitted, with: &Fitted| score_of(&self.train, without, with, own.asked()).0;
+        let score = |without: &Fitted, with: &Fitted| score_of(&self.train, without, with, own.free_count()).0;
         if !effects.iter().any(|each| is_unnamed(each.effect)) {
             return Some((score(without_it, present), true));
         }
@@ -364,14 +375,14 @@ impl Diagnosis<'_> {
         Some((score(&fit(&self.train, &others, FORM_ROUNDS)?, &fit(&self.train, &with, FORM_ROUNDS)?), lowers))
     }
 
-    /// Chance of the gain of a trial in the best of all models that were fitted (Bonferroni).
+    /// p value of the gain of a trial, multiplied by the number of models fitted (Bonferroni).
     pub(in crate::learn) fn p_of_the_search(&self, trial: &Trial) -> f64 {
         (p_value(trial) * self.tried.max(1) as f64).min(1.0)
     }
 }
 
-/// Where a curve over another covariate explains as much, the name that a curve has from its own covariate is reported as one of
-/// several.
+/// If a curve over another covariate explains as much, the effect that a curve was named after is reported as one of
+/// several possible causes.
 fn doubt_families_with_rivals(report: &mut LearnReport) {
     let in_doubt = report.unnamed.iter().filter(|curve| !curve.rivals.is_empty()).filter_map(|curve| {
         let name = curve.family.clone()?;
@@ -379,15 +390,15 @@ fn doubt_families_with_rivals(report: &mut LearnReport) {
         Some(Confounded {
             experiment: named(&name).map_or_else(String::new, |effect| effect.separated_by.to_owned()),
             names: std::iter::once(name).chain(along).collect(),
-            why: "in its place each leaves as little on data left out".to_owned(),
+            why: "in its place each has as low a held-out error".to_owned(),
         })
     });
     let in_doubt: Vec<Confounded> = in_doubt.collect();
     report.confounded.extend(in_doubt);
 }
 
-/// Where the model with all effects has a larger error on the data kept for the judgement than the base model, no effect is
-/// asserted alone: each is reported as one of several possible causes.
+/// Where the model with all effects has a larger error on the data kept for the judgement than the base model, no
+/// effect is asserted alone: each is reported as one of several possible causes.
 fn doubt_what_does_not_help(report: &mut LearnReport) {
     if is_no_worse(report.base_test.rmse, report.final_test.rmse) {
         return;
@@ -410,7 +421,8 @@ mod tests {
     use crate::learn::report::{Added, Errors, Unnamed};
     use crate::path::Vec3;
 
-    /// A report with these errors on the data kept, an effect, and a curve that has a name and rivals.
+    /// A report with these errors on the data kept for the judgement, one effect, and a curve named after an effect,
+    /// with rivals.
     fn report(before: f64, after: f64, rivals: &[&str]) -> LearnReport {
         let errors = |rmse: f64| Errors { rmse, ..Errors::default() };
         let added = |name: &str| Added {
@@ -441,8 +453,9 @@ mod tests {
         }
     }
 
-    /// Names of the effects after each curve was chosen again, of a model whose first curve follows z and whose second follows
-    /// up/down milling. The load is a fifth higher where `hard(z, is_fast)`; z and speed change at turns of their own.
+    /// Names of the effects after the curves were chosen again, for a model with a first curve over z and a second over
+    /// up/down milling. The load is a fifth higher where `hard(z, is_fast)`; z, speed and milling mode alternate with
+    /// different periods.
     fn chosen_again(hard: impl Fn(f64, bool) -> bool) -> Vec<&'static str> {
         let turn = |i: usize, every: usize| ((i / EACH) / every).is_multiple_of(2);
         let (z, is_fast) = (|i| if turn(i, 1) { 1.0 } else { -1.0 }, |i| turn(i, 3));

@@ -1,4 +1,4 @@
-//! One candidate on top of a model. In: data, the model so far, an effect. Out: its best fit, and what that is worth.
+//! One candidate on top of a model. In: data, the model so far, an effect. Out: its best fit with gain and score.
 
 use crate::effects::{Effect, Parameter};
 use crate::learn::dataset::samples::Data;
@@ -14,15 +14,15 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 pub struct Trial {
     /// Effect.
     pub effect: &'static Effect,
-    /// Fitted with it, it being the last.
+    /// The model with it as the last effect.
     pub fitted: Fitted,
-    /// Log-likelihood ratio of the fit, by samples that count.
+    /// Twice the log-likelihood ratio, n/φ · ln(RSS₀/RSS₁), with φ the inflation.
     pub gain: f64,
-    /// The same less the charge for its parameters.
+    /// The gain less the charge for its parameters, k ln(n/φ).
     pub score: f64,
 }
 
-/// Best fit of a candidate over its forms and starts, and how many fits that took.
+/// Best fit of a candidate over its forms and start values, and the number of these.
 pub fn best_trial(
     data: &Data,
     present: &Fitted,
@@ -33,34 +33,38 @@ pub fn best_trial(
     let with = |each: &FittedEffect| effects.iter().cloned().chain([each.clone()]).collect::<Vec<FittedEffect>>();
     let trial = |each: &FittedEffect, iterations: usize| {
         let fitted = fit(data, &with(each), iterations)?;
-        let (score, gain) = score_of(data, present, &fitted, each.asked());
+        let (score, gain) = score_of(data, present, &fitted, each.free_count());
         Some(Trial { effect, fitted, gain, score: score - charge_of_choice(each) })
     };
     let tried: Vec<Trial> = begin.par_iter().filter_map(|each| trial(each, 5)).collect();
     let best = tried.into_iter().max_by(|a, b| a.score.total_cmp(&b.score));
-    // What does not even pay for its parameters by now is not worth fitting to the end.
+    // A negative score after five iterations is not worth fitting to convergence.
     let polished = best.and_then(|b| {
         if b.score < 0.0 {
             return Some(b);
         }
         let found = b.fitted.model.effects.last()?;
-        let settled = settled(data, found, |each| Some(fit(data, &with(each), 3)?.squares));
-        trial(settled.as_ref().unwrap_or(found), 25)
+        let refined = refined_instant(data, found, |each| Some(fit(data, &with(each), 3)?.squares));
+        trial(refined.as_ref().unwrap_or(found), 25)
     });
     (begin.len(), polished)
 }
 
-/// What is charged for a form that was chosen among several beside the law: the best of F gains 2 ln F more by chance (Bonferroni).
+/// Charge for a form other than the law: the best of F forms gains up to 2 ln F more by chance (Bonferroni).
 fn charge_of_choice(each: &FittedEffect) -> f64 {
     let forms = each.effect.forms;
     let free: Vec<usize> = (0..each.free.len()).filter(|k| each.free[*k]).collect();
     if forms.first().is_none_or(|law| *law == free) { 0.0 } else { 2.0 * (forms.len() as f64).ln() }
 }
 
-/// An instant that was found by scanning, moved along the samples while the `squares` fall: the scan judged it by the
-/// model before the effect, which bends towards what it lacks. It lies in the middle between two samples. `None` for
+/// The instant of an effect moved along the samples while the `squares` fall: the score test used the model without the
+/// effect, whose coefficients have absorbed a part of it. The instant lies half way between two samples. `None` for
 /// effects without one.
-fn settled(data: &Data, found: &FittedEffect, squares: impl Fn(&FittedEffect) -> Option<f64>) -> Option<FittedEffect> {
+fn refined_instant(
+    data: &Data,
+    found: &FittedEffect,
+    squares: impl Fn(&FittedEffect) -> Option<f64>,
+) -> Option<FittedEffect> {
     let scanned = found.effect.parameters.iter().position(Parameter::is_scanned)?;
     let mut instants: Vec<f64> = data.used().map(|i| data.state[i].time_s).filter(|t| t.is_finite()).collect();
     instants.sort_by(f64::total_cmp);
@@ -84,20 +88,21 @@ fn settled(data: &Data, found: &FittedEffect, squares: impl Fn(&FittedEffect) ->
     Some(at(k))
 }
 
-/// (score, gain) of `after` over `before` with `k` more parameters.
+/// (score, gain) of model `after` over `before` with `k` more parameters.
 pub fn score_of(data: &Data, before: &Fitted, after: &Fitted, k: usize) -> (f64, f64) {
     let n = data.used().count() as f64 / inflation(data, &after.residuals(data));
     let gain = n * (before.squares.max(1e-300) / after.squares.max(1e-300)).ln();
     (gain - k as f64 * n.max(2.0).ln(), gain)
 }
 
-/// Chance of such a gain without the effect.
+/// Probability of such a gain without the effect: χ² distribution of as many degrees of freedom as free parameters
+/// (Wilks 1938).
 pub fn p_value(trial: &Trial) -> f64 {
-    let freedom = trial.fitted.model.effects.last().map_or(1, FittedEffect::asked).max(1) as f64;
+    let freedom = trial.fitted.model.effects.last().map_or(1, FittedEffect::free_count).max(1) as f64;
     ChiSquared::new(freedom).map_or(1.0, |chi| chi.sf(trial.gain.max(0.0)))
 }
 
-/// Why the strength of an effect is not physical, in a log whose times are known to `clock_s`.
+/// Why the parameters of an effect are not physical; `clock_s`: uncertainty of the log's times, s.
 pub fn unphysical(each: Option<&FittedEffect>, clock_s: f64) -> Option<String> {
     let each = each?;
     if !each.effect.is_physical(&each.values) {

@@ -1,5 +1,5 @@
-//! A file as rows of cells, before anything in it has a meaning. In: bytes. Out: its kind, and its rows one by one: text with commas,
-//! semicolons, tabs or blanks between the cells, or the first sheet of a workbook that has more than a few.
+//! A file as rows of text cells. In: bytes. Out: its separator and its rows: of a text with commas, semicolons, tabs or
+//! blanks between the cells, or of the sheet of a workbook with the most rows.
 
 use super::error::DataError;
 use calamine::Reader;
@@ -11,7 +11,7 @@ pub enum Separator {
     Byte(u8),
     /// Any number of blanks.
     Blanks,
-    /// A workbook has cells of its own.
+    /// None: cells of a workbook.
     Workbook,
 }
 
@@ -28,12 +28,12 @@ impl Separator {
     }
 }
 
-/// A separator when as many lines agree on more than one cell; where two do equally well the earlier: a semicolon or tab beside commas
-/// means that those are decimal.
+/// Separators in order of preference. The one with the longest run of lines of equal cell count is chosen, of equal
+/// ones the first: with semicolons or tabs the commas are decimal.
 const SEPARATORS: [Separator; 4] =
     [Separator::Byte(b';'), Separator::Byte(b'\t'), Separator::Byte(b','), Separator::Blanks];
 
-/// Lines from which the separator and the layout are told.
+/// Number of lines from which separator and layout are found.
 pub const SAMPLE: usize = 300;
 
 /// A file's rows.
@@ -84,7 +84,7 @@ fn utf16(bytes: &[u8], pair: fn([u8; 2]) -> u16) -> String {
     char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
-/// Where the longest stretch of rows with as many cells (two at least) begins, how long it is, and how many cells its rows have.
+/// Longest run of rows with the same number of cells (at least two): first row, number of rows, number of cells.
 pub fn longest_run(rows: &[Vec<String>]) -> (usize, usize, usize) {
     let (mut best, mut begin) = ((0, 0, 0), 0);
     for at in 0..rows.len() {
@@ -99,7 +99,7 @@ pub fn longest_run(rows: &[Vec<String>]) -> (usize, usize, usize) {
 }
 
 impl Cells<'_> {
-    /// Its rows in order, without remarks (`#`) and empty lines.
+    /// Its rows in order, without comments (`#`) and empty lines.
     pub fn rows(&self) -> Box<dyn Iterator<Item = Result<Vec<String>, DataError>> + '_> {
         match self.separator {
             Separator::Workbook => Box::new(self.sheet.iter().map(|row| Ok(row.clone()))),
@@ -123,7 +123,7 @@ impl Cells<'_> {
         }
     }
 
-    /// The last remark before the data, as cells: files that LinuxCNC and numpy write name their columns there.
+    /// The last comment before the data, as cells: LinuxCNC and numpy write column names there.
     pub fn last_remark(&self) -> Vec<String> {
         let remarks = self.text.lines().take_while(|line| line.starts_with('#') || line.trim().is_empty());
         let last = remarks.filter(|line| line.starts_with('#')).last().unwrap_or_default().trim_start_matches('#');
@@ -145,7 +145,7 @@ fn workbook(bytes: &[u8]) -> Result<Vec<Vec<String>>, DataError> {
             best = range.rows().map(|row| row.iter().map(cell).collect()).collect();
         }
     }
-    // A sheet is as wide as its widest row: a title has one cell and not one and many empty ones.
+    // Rows are padded to the widest one; without the padding a title has one cell.
     for row in &mut best {
         row.truncate(row.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1));
     }
@@ -157,7 +157,7 @@ fn workbook(bytes: &[u8]) -> Result<Vec<Vec<String>>, DataError> {
 fn cell(data: &calamine::Data) -> String {
     match data {
         calamine::Data::DateTime(when) => {
-            // Days since 1899-12-30; below one day it is a time of day.
+            // Days since 1899-12-30, of which 1970 is day 25 569; below one day it is a time of day.
             let seconds = when.as_f64() * 86_400.0;
             if seconds < 86_400.0 { format!("{seconds}") } else { format!("{}", seconds - 25_569.0 * 86_400.0) }
         }

@@ -1,9 +1,8 @@
-//! Reads measured data: CSV with a header into columns of numbers and of text. A log and a table of steady cuts begin
-//! here.
+//! Measured data as columns of numbers and text, for logs and tables of steady cuts. In: bytes. Out: [`Frame`].
 //!
-//! `#` lines are comments; where a table begins, what its columns are called and how it writes numbers is found by [`super::layout`]. A header is lower-cased, everything between words becomes `_`, and a unit at its end that
-//! measures the same as the wanted one is converted (`feed_mm_s` is read as `feed_mm_min`, `power [kW]` as
-//! `spindle_power_w`). Missing values (empty, NA, NaN, -) are NaN.
+//! `#` lines are comments; first row, names and number format are found by [`super::layout`]. Headers become lower case
+//! with `_` between words; a unit at the end is converted to that of the requested column (`feed_mm_s` to
+//! `feed_mm_min`, `power [kW]` to `spindle_power_w`). Missing values (empty, NA, NaN, -) are NaN.
 
 use super::cells::{self, SAMPLE};
 use super::layout::{self, Layout, layout};
@@ -20,13 +19,14 @@ pub struct Frame {
     cells: Vec<Vec<String>>,
     /// Number of rows.
     pub rows: usize,
-    /// What was noticed.
+    /// Warnings.
     pub warnings: Vec<String>,
-    /// How the table lies in its file; `None` where it is no table.
+    /// Layout of the table in its file; `None` for other files.
     pub layout: Option<Layout>,
 }
 
-/// Reads a file; `mapping` renames columns (theirs, ours) first. A mapping whose first names are empty names the columns in their order.
+/// Reads a file; `mapping` renames columns (theirs, ours) first. If the first names are empty, it names the columns in
+/// order.
 pub fn read(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataError> {
     let cells = cells::open(bytes)?;
     let sample: Vec<Vec<String>> = cells.rows().take(SAMPLE).collect::<Result<_, _>>()?;
@@ -65,7 +65,7 @@ pub fn read(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataErr
     Ok(frame)
 }
 
-/// Names given in order, for a file without a header (or in place of one that says nothing).
+/// Names the columns in order, for a file without a header (or with one that is of no use).
 fn name_in_order(layout: &mut Layout, mapping: &[(String, String)]) -> Result<(), DataError> {
     let given: Vec<&String> = mapping.iter().filter(|(theirs, _)| theirs.is_empty()).map(|(_, ours)| ours).collect();
     if given.is_empty() {
@@ -83,7 +83,7 @@ fn name_in_order(layout: &mut Layout, mapping: &[(String, String)]) -> Result<()
     Ok(())
 }
 
-/// Columns that are taken for the same quantity: the first counts.
+/// Warnings about columns of the same quantity, of which the first is read.
 fn two_of_a_kind(names: &[String]) -> Vec<String> {
     let kinds: Vec<String> = names.iter().map(|name| quantity(name).0).collect();
     let mut said: Vec<String> = Vec::new();
@@ -99,7 +99,7 @@ fn two_of_a_kind(names: &[String]) -> Vec<String> {
 }
 
 impl Frame {
-    /// From columns of numbers already in our names (used for adapter output).
+    /// From columns of numbers that already have our names (adapter output).
     pub fn from_numbers(columns: Vec<(String, Vec<f64>)>) -> Self {
         let rows = columns.first().map_or(0, |(_, values)| values.len());
         let text =
@@ -143,7 +143,7 @@ impl Frame {
         self.numbers(wanted)
     }
 
-    /// Numbers of a column that must be there.
+    /// Numbers of a required column.
     pub fn needed(&self, wanted: &str) -> Result<Vec<f64>, DataError> {
         let missing = || DataError::NoColumn { missing: wanted.to_owned(), present: self.names.join(", ") };
         self.numbers(wanted).ok_or_else(missing)
@@ -154,7 +154,7 @@ impl Frame {
         self.find(wanted).map(|(k, _)| self.cells[k].as_slice())
     }
 
-    /// Names of the columns as understood.
+    /// Names of the columns after renaming.
     pub fn names(&self) -> &[String] {
         &self.names
     }

@@ -1,4 +1,4 @@
-//! Why measured data cannot be used. Out: one sentence that says what to do.
+//! Errors of measured data: one sentence with the remedy.
 
 /// Why data cannot be used at all.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -9,7 +9,7 @@ pub enum DataError {
     /// Not CSV.
     #[error("the data cannot be read: {0}")]
     Unreadable(String),
-    /// A column that is needed is not there.
+    /// A required column is missing.
     #[error(
         "the data have no column `{missing}`; there are: {present}. Rename it in the header or map it with --columns"
     )]
@@ -19,7 +19,7 @@ pub enum DataError {
         /// Found.
         present: String,
     },
-    /// The data are there, but they do not fit what they are said to be.
+    /// The data are readable but cannot be used for this purpose.
     #[error("{0}")]
     Unfit(String),
 }

@@ -1,9 +1,8 @@
-//! Where the clock of a log leaves something out. In: rising times, s. Out: their step, and the stretches without
-//! readings, of which nothing is known.
+//! Gaps of a log. In: rising times, s. Out: their median step, and the stretches without readings.
 
 use crate::learn::regress::statistics::median;
 
-/// Median steps of the clock beyond which readings are missing.
+/// Time step, in median steps, beyond which readings are missing. Judgement.
 const GAP_STEPS: f64 = 5.0;
 
 /// Median time from sample to sample, s.
@@ -12,23 +11,24 @@ pub fn median_step(time: &[f64]) -> f64 {
     median(&steps)
 }
 
-/// Longest step between rising times of readings that is no gap, s.
+/// Longest time step that is no gap, s.
 pub fn longest_step(time_s: &[f64]) -> f64 {
     GAP_STEPS * median_step(time_s)
 }
 
-/// Stretches without readings between rising times: from, to, s.
+/// Gaps: from, to, s.
 pub fn gaps(time_s: &[f64]) -> Vec<[f64; 2]> {
     let most = longest_step(time_s);
     time_s.windows(2).filter(|pair| pair[1] - pair[0] > most).map(|pair| [pair[0], pair[1]]).collect()
 }
 
 /// The gaps in words.
-pub(in crate::learn) fn said(gaps: &[[f64; 2]]) -> Option<String> {
+pub(in crate::learn) fn in_words(gaps: &[[f64; 2]]) -> Option<String> {
     let length = |gap: &[f64; 2]| gap[1] - gap[0];
     let longest = gaps.iter().max_by(|a, b| length(a).total_cmp(&length(b)))?;
     Some(format!(
-        "gaps in the time stamps: {}, together {:.1} s, the longest {:.1} s from {:.1} s on; nothing is read into them",
+        "gaps in the time stamps: {}, together {:.1} s, the longest {:.1} s from {:.1} s on; no values are assumed \
+         there",
         gaps.len(),
         gaps.iter().map(length).sum::<f64>(),
         length(longest),

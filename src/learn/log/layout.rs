@@ -1,40 +1,40 @@
-//! Where the data of a file begin and what its columns are called. In: its first rows. Out: names with their units, the first row of
-//! data, and how numbers are written. A preamble before the header and a row of units under it are found; a file without a header has
-//! columns `column_1`, `column_2`, …
+//! Layout of a table in its file. In: the first rows. Out: column names with units, first row of data, number format. A
+//! preamble before the header and a row of units below it are recognised; without a header the columns are `column_1`,
+//! `column_2`, …
 
 use super::cells::{Separator, longest_run};
 use super::names::is_ours;
 use super::stamps::{is_stamp, reading};
 
-/// How a table lies in its file.
+/// Layout of a table in its file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
     /// What separates the cells.
     pub separator: Separator,
-    /// Names as the file writes them, with the unit of a row of units in brackets.
+    /// Names as written in the file; units of a row of units in brackets.
     pub names: Vec<String>,
     /// Rows before the first row of data.
     pub first_row: usize,
     /// Rows before the header.
     pub preamble: usize,
-    /// The names are the file's own.
+    /// Does the file name its columns?
     pub has_header: bool,
-    /// There is a row of units.
+    /// Is there a row of units?
     pub has_units: bool,
     /// Numbers are written with a comma: `1,5`.
     pub decimal_comma: bool,
 }
 
-/// Finds the layout from the first rows; `remark` is the last remark before the data.
+/// Finds the layout from the first rows; `remark` is the last comment before the data.
 pub fn layout(rows: &[Vec<String>], remark: &[String], separator: Separator) -> Layout {
     let (begin, length, mut cells) = longest_run(rows);
-    // A single column, or rows of all lengths: the first row is the header, as in any CSV.
+    // A single column, or rows of different lengths: the first row is the header.
     let begin = if length == 0 { 0 } else { begin };
     if length == 0 {
         cells = rows.first().map_or(0, Vec::len);
     }
     let first_value = (begin..begin + length).find(|at| !is_header(&rows[*at]));
-    // The words above the first values: lines of the preamble that have as many cells, the header, perhaps units.
+    // Rows of words above the first values: lines of the preamble with as many cells, the header, a row of units.
     let units_at = first_value.filter(|at| *at > begin).map(|at| at - 1).filter(|at| is_units(&rows[*at]));
     let words = begin..units_at.or(first_value).unwrap_or(begin + 1).min(rows.len());
     let above = begin.checked_sub(1).filter(|at| is_header(&rows[*at]) && rows[*at].len().abs_diff(cells) <= 1);
@@ -65,13 +65,13 @@ pub fn layout(rows: &[Vec<String>], remark: &[String], separator: Separator) -> 
     }
 }
 
-/// A header has words and no numbers or times.
+/// Is a row a header: with words, without numbers or times?
 fn is_header(row: &[String]) -> bool {
     let value = |cell: &String| number(cell, true).is_some() || number(cell, false).is_some() || is_stamp(cell);
     row.iter().any(|cell| cell.contains(char::is_alphabetic)) && !row.iter().any(value)
 }
 
-/// A row of units: every cell that says something is a unit or a bracket.
+/// Is it a row of units: every non-empty cell a known unit or in brackets?
 fn is_units(row: &[String]) -> bool {
     let units = crate::units::header_units();
     let known = |cell: &str| {
@@ -82,7 +82,7 @@ fn is_units(row: &[String]) -> bool {
     !said.is_empty() && said.iter().all(|cell| known(cell))
 }
 
-/// Do more cells write a comma where others have a point?
+/// Do more numbers have a decimal comma than a decimal point?
 fn is_decimal_comma(rows: &[Vec<String>]) -> bool {
     let cells = || rows.iter().flatten();
     let commas = cells().filter(|cell| cell.contains(',') && number(cell, true).is_some()).count();
@@ -91,7 +91,7 @@ fn is_decimal_comma(rows: &[Vec<String>]) -> bool {
     commas > points
 }
 
-/// A cell as a number. With a decimal comma, points are thousands: `1.234,5`.
+/// A cell as a number. With a decimal comma, points separate thousands: `1.234,5`.
 pub fn number(cell: &str, decimal_comma: bool) -> Option<f64> {
     if !decimal_comma {
         return cell.parse().ok().map(reading);

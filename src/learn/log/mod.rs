@@ -1,9 +1,9 @@
-//! Reads a measured log: a table, or MTConnect adapter output (SHDR) or streams, into columns over time, and says what is odd about it.
+//! Reads a measured log: a table, MTConnect adapter output (SHDR) or MTConnect streams.
 //!
 //! In: bytes. Out: [`Log`]: rising times in s from the first sample, positions, lines or blocks, feed, speed, tool, and
-//! the measured quantities; missing values are NaN. Stamps that run backwards are sorted, repeated ones merged; both
-//! are counted, and so are gaps, of which nothing is known. SHDR lines `timestamp|item|value|item|value…` are sampled
-//! at every stamp with the last value of each item: what does not change is known there without a stamp.
+//! the measured quantities; missing values are NaN. Time stamps that run backwards are sorted, repeated ones merged,
+//! with a warning; gaps and implausible values cause warnings too. SHDR lines `timestamp|item|value|item|value…` give a
+//! row at every stamp with the last value of each item.
 
 pub mod error;
 pub mod names;
@@ -32,7 +32,7 @@ pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataE
     read_as(bytes, mapping, from_frame)
 }
 
-/// The same, where a log without a load will do: it tells how the machine moves, by places or lines.
+/// The same, but a log without a load is accepted if it has positions or lines.
 pub fn read_any_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataError> {
     read_as(bytes, mapping, |frame| {
         let log = of_columns(frame)?;
@@ -52,7 +52,7 @@ fn read_as(
     let (kind, frame) = frame(bytes, mapping)?;
     let mut log = Log { on_change: kind.is_on_change(), ..log(&frame)? };
     if !log.on_change {
-        log.warnings.extend(gaps::said(&gaps::gaps(&log.time_s)));
+        log.warnings.extend(gaps::in_words(&gaps::gaps(&log.time_s)));
     }
     log.warnings.extend(oddities::of(&log));
     Ok(log)
@@ -65,12 +65,12 @@ pub enum Kind {
     Table,
     /// Output of an MTConnect adapter.
     Shdr,
-    /// Answer of an MTConnect agent.
+    /// Response of an MTConnect agent.
     Streams,
 }
 
 impl Kind {
-    /// Its rows come where something changes.
+    /// Does it have rows only when a value changes?
     pub fn is_on_change(self) -> bool {
         self != Kind::Table
     }
@@ -101,7 +101,7 @@ fn with_load(log: Log, frame: &Frame) -> Result<Log, DataError> {
     }
 }
 
-/// The first column of a load, whatever is in it.
+/// Name of the first column of a load, with or without values.
 fn load_column(frame: &Frame) -> Option<&'static str> {
     MEASURED.iter().find(|name| frame.numbers(name).is_some()).copied()
 }
@@ -138,7 +138,7 @@ fn of_columns(frame: &Frame) -> Result<Log, DataError> {
     })
 }
 
-/// Missing values take the one before.
+/// Replaces missing values by the one before.
 fn carried(mut values: Vec<f64>) -> Vec<f64> {
     let mut last = values.iter().copied().find(|v| v.is_finite()).unwrap_or(f64::NAN);
     for value in &mut values {

@@ -1,6 +1,6 @@
-//! MTConnect streams as an agent answers them: XML with `Samples` and `Events`, each value an element with `timestamp`, `dataItemId`,
-//! `name` and `subType` (MTConnect Standard, part 3, streams). In: bytes. Out: columns, one row a stamp. Positions are in mm, path feeds
-//! in mm/s, as the standard has them.
+//! MTConnect streams, the response of an agent: XML with `Samples` and `Events`, each value an element with
+//! `timestamp`, `dataItemId`, `name` and `subType` (MTConnect Standard, part 3, streams). In: bytes. Out: columns, one
+//! row per time stamp. By the standard positions are in mm and path feeds in mm/s.
 
 use super::columns::{DataError, Frame};
 use super::layout::number;
@@ -8,20 +8,20 @@ use super::on_change::Changes;
 use super::stamps::stamp_s;
 use quick_xml::events::{BytesStart, Event};
 
-/// Does a file look like an agent's answer?
+/// Is a file the response of an agent?
 pub fn is_streams(bytes: &[u8]) -> bool {
     let head = &bytes[..bytes.len().min(4096)];
     memchr::memmem::find(head, b"<MTConnectStreams").is_some()
 }
 
-/// An element that is open: what it is called, and when it was.
+/// The value of an open element: its time, possible names, and factor to our unit.
 struct Item {
     stamp_s: f64,
     names: Vec<String>,
     factor: f64,
 }
 
-/// An agent's answer as columns.
+/// The response of an agent as columns.
 pub fn streams(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataError> {
     let text = String::from_utf8_lossy(bytes);
     let mut reader = quick_xml::Reader::from_str(&text);
@@ -29,9 +29,7 @@ pub fn streams(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, Data
     loop {
         let event = reader.read_event();
         let place = reader.buffer_position();
-        match event
-            .map_err(|error| DataError::Unreadable(format!("the XML ends to make sense at byte {place}: {error}")))?
-        {
+        match event.map_err(|error| DataError::Unreadable(format!("the XML is not valid at byte {place}: {error}")))? {
             Event::Start(element) if element.local_name().as_ref() == "ComponentStream" => {
                 component = attribute(&element, "name").unwrap_or_default();
             }
@@ -58,7 +56,7 @@ fn attribute(element: &BytesStart, name: &str) -> Option<String> {
     Some(found.value.into_owned())
 }
 
-/// The value that an element opens: its own names first, then its kind; the load of a spindle is one by its component.
+/// The value of an element: its own names first, then its kind. A load is that of a spindle or axis by its component.
 fn item(element: &BytesStart, component: &str) -> Option<Item> {
     let stamp_s = stamp_s(&attribute(element, "timestamp")?)?;
     let kind = element.local_name().as_ref().to_owned();
@@ -74,7 +72,7 @@ fn item(element: &BytesStart, component: &str) -> Option<Item> {
         "PathFeedrate" if actual => names.push("path_feedrate".into()),
         _ => names.push(kind.clone()),
     }
-    // A path feed in mm/s becomes mm/min; overrides are events in percent.
+    // Path feed: mm/s to mm/min. Overrides are events in percent.
     let factor = if kind == "PathFeedrate" { 60.0 } else { 1.0 };
     Some(Item { stamp_s, names, factor })
 }

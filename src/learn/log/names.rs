@@ -1,8 +1,8 @@
-//! Names of columns. In: a header as a file writes it. Out: words joined by `_`, the quantity they stand for and its unit.
+//! Names of columns. In: a header as written in a file. Out: words joined by `_`, their quantity and unit.
 
 use crate::units::header_units;
 
-/// Other names that quantities go by.
+/// Other names of quantities: (theirs, ours).
 const ALIASES: &[(&str, &str)] = &[
     ("power", "spindle_power"),
     ("pm", "spindle_power"),
@@ -43,7 +43,7 @@ const ALIASES: &[(&str, &str)] = &[
     ("block_number", "block"),
 ];
 
-/// Whether a name given to `--columns` means this header: as it stands in the file, or as messages print it.
+/// Does a name given to `--columns` mean this header, as written in the file or as printed in messages?
 pub fn same(given: &str, header: &str) -> bool {
     given == header || plain(given) == plain(header)
 }
@@ -65,7 +65,7 @@ pub fn quantity(name: &str) -> (String, Option<&'static str>) {
     (alias.to_owned(), unit)
 }
 
-/// Our columns by the quantity of their names.
+/// Our columns: (quantity, column).
 pub const OURS: [(&str, &str); 25] = [
     ("time", "time_s"),
     ("x", "x_mm"),
@@ -94,7 +94,7 @@ pub const OURS: [(&str, &str); 25] = [
     ("side", "side"),
 ];
 
-/// Is a header one of ours, by its quantity?
+/// Is the quantity of a header one of ours?
 pub fn is_ours(header: &str) -> bool {
     let base = quantity(&plain(header)).0;
     OURS.iter().any(|(own, _)| *own == base)

@@ -1,12 +1,13 @@
-//! What is odd about measured values, said and not mended: a reading that stands at the end of its range, single values that no load
-//! makes, a unit that cannot be the one the column names. In: a log. Out: sentences.
+//! Implausible values of a log: clipping at the end of the range, single-sample spikes, wrong units. In: a log. Out:
+//! warnings; the values are not changed.
 
 use super::sampled::Log;
 use crate::learn::regress::statistics::median;
 
-/// Least and greatest value that the largest reading of a quantity has on a milling machine, in the unit of its column, and what to
-/// suspect outside: spindles idle with tens of watts and end at some 100 kW and 2000 N·m (makers' tables of router spindles and of
-/// gear-driven boring mills); cutting forces stay between newtons and tens of kilonewtons.
+/// Plausible range of the largest reading of a quantity on a milling machine, in the unit of its column, and the
+/// probable units outside that range: spindles idle with tens of watts and reach about 100 kW and 2000 N·m (makers'
+/// tables of router spindles and of gear-driven boring mills); cutting forces are between newtons and tens of
+/// kilonewtons.
 const PLAUSIBLE: [(&str, f64, f64, &str); 6] = [
     ("spindle_power_w", 15.0, 3e5, "kW below, mW above"),
     ("spindle_torque_nm", 0.005, 5e3, "kN·m below, N·mm above"),
@@ -16,19 +17,21 @@ const PLAUSIBLE: [(&str, f64, f64, &str); 6] = [
     ("force_xy_n", 0.5, 1e5, "kN below, mN above"),
 ];
 
-/// Least share of the readings that stand at the top before it is called a stop: a noisy reading meets its largest value once or twice.
+/// Least share of readings equal to the maximum for clipping: a noisy signal has its maximum once or twice. Judgement,
+/// like the others.
 const CLIPPED_SHARE: f64 = 0.005;
-/// So many times more readings at the top than in the next 2 % of the range below it: what ends by itself thins out.
+/// Least ratio of readings at the maximum to those in the 2 % of the range below it: a signal that is not clipped is
+/// rarer towards its maximum.
 const CLIPPED_EXCESS: f64 = 3.0;
-/// Most share of the other readings that may stand as still, three alike in a row, where the top is to say something.
+/// Largest share of triples of equal readings below the maximum at which clipping is detected.
 const STILL_SHARE: f64 = 0.05;
-/// A spike leaves both its neighbours by so many times the usual step from reading to reading: a fifth of a millionth of normal noise
-/// does by chance, and an entry of the tool stays up.
+/// Least difference of a spike to both its neighbours, in median steps from reading to reading. Normal noise exceeds it
+/// with probability 2e-7; after an entry of the tool the load stays high.
 const SPIKE_STEPS: f64 = 12.0;
-/// And by this share of the range of the middle 98 %.
+/// The same as a share of the range of the middle 98 %.
 const SPIKE_RANGE: f64 = 0.5;
 
-/// What is odd.
+/// Warnings about implausible values.
 pub fn of(log: &Log) -> Vec<String> {
     let mut said: Vec<String> = milliseconds(log).into_iter().collect();
     for (name, values) in &log.measured {
@@ -47,7 +50,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().filter(|value| value.is_finite()).fold(0.0, |most: f64, value| most.max(value.abs()))
 }
 
-/// Cells without a number, or with one that no sensor gives (beyond 1e20), are no readings.
+/// Cells without a number, or with one beyond 1e20.
 fn missing(name: &str, values: &[f64]) -> Option<String> {
     let none = values.iter().filter(|value| !value.is_finite()).count();
     (none > 0).then(|| format!("{name}: {none} of {} readings are empty or no number and are left out", values.len()))
@@ -57,7 +60,7 @@ fn implausible(name: &str, values: &[f64]) -> Option<String> {
     let (_, least, greatest, suspect) = PLAUSIBLE.iter().find(|(known, ..)| *known == name)?;
     let most = largest(values);
     let odd = most > 0.0 && !(*least..=*greatest).contains(&most);
-    odd.then(|| format!("{name} ends at {most:.3}: is it in another unit by a factor of 1000 ({suspect})?"))
+    odd.then(|| format!("{name} is {most:.3} at most: is it in another unit by a factor of 1000 ({suspect})?"))
 }
 
 fn clipped(name: &str, values: &[f64], known: &[usize]) -> Option<String> {
@@ -66,14 +69,14 @@ fn clipped(name: &str, values: &[f64], known: &[usize]) -> Option<String> {
     let at_top = known.iter().filter(|i| values[**i] == most).count();
     let below = known.iter().filter(|i| values[**i] < most && values[**i] > most - 0.02 * (most - least)).count();
     let many = at_top >= 10 && at_top as f64 > CLIPPED_SHARE * known.len() as f64;
-    // A signal without noise, or in coarse steps, stands still anywhere: its top says nothing.
+    // A signal without noise, or in coarse steps, has equal readings at every level: no clipping can be seen.
     let still = |three: &&[usize]| three.iter().all(|i| values[*i] == values[three[0]]);
     let (top, elsewhere): (Vec<&[usize]>, Vec<&[usize]>) =
         known.windows(3).filter(still).partition(|three| values[three[0]] == most);
     let lively = (elsewhere.len() as f64) < STILL_SHARE * (known.len() - at_top) as f64;
     let odd = many && lively && !top.is_empty() && most > least && at_top as f64 > CLIPPED_EXCESS * below as f64;
     odd.then(|| {
-        format!("{name} stands at {most} in {at_top} readings and never above: its range ends there, the load may not")
+        format!("{name} stands at {most} in {at_top} readings and is never above: the meter may be clipped there")
     })
 }
 
@@ -93,14 +96,14 @@ fn spikes(name: &str, values: &[f64], time_s: &[f64], known: &[usize]) -> Option
     let found: Vec<usize> = known.windows(3).filter(alone).map(|three| three[1]).collect();
     let first = found.first().filter(|_| least > 0.0 && found.len() * 100 < known.len())?;
     Some(format!(
-        "{name} leaps for one reading {} times (first {:.4} at {:.2} s): no load of a cut does that",
+        "{name} has {} spikes of a single reading (first {:.4} at {:.2} s), which no cut causes",
         found.len(),
         values[*first],
         time_s[*first]
     ))
 }
 
-/// Whole-numbered times with steps of 5 to 1000 are rather milliseconds (1 to 200 Hz) than readings minutes apart.
+/// Integer times in steps of 5 to 1000 are probably milliseconds (1 to 200 Hz).
 fn milliseconds(log: &Log) -> Option<String> {
     let whole = log.time_s.iter().all(|time| time.fract() == 0.0);
     let steps: Vec<f64> = log.time_s.windows(2).map(|two| two[1] - two[0]).collect();
@@ -127,7 +130,7 @@ mod tests {
     #[test]
     fn a_clean_cut_is_not_odd() {
         assert_eq!(of(&log(cut(), 0.05)), Vec::<String>::new());
-        // A load meter in whole percent meets its largest value now and then.
+        // A load meter in whole percent has its maximum several times.
         let meter: Vec<f64> = cut().iter().map(|value| (value * 0.05).round()).collect();
         assert_eq!(of(&log(meter, 0.05)), Vec::<String>::new());
     }
@@ -137,7 +140,7 @@ mod tests {
         let clipped = cut().into_iter().map(|value| value.min(950.0)).collect();
         let said = of(&log(clipped, 0.05));
         assert!(said.len() == 1 && said[0].contains("stands at 950"), "{said:?}");
-        // Without noise every level of a load stands still.
+        // Without noise every level of a load is constant.
         let level = |k: u32| if k % 200 < 100 { 950.0 } else { 300.0 };
         assert_eq!(of(&log((0..1000).map(level).collect(), 0.05)), Vec::<String>::new());
         let mut spiky = cut();
@@ -156,7 +159,7 @@ mod tests {
         (holed[7], holed[8]) = (f64::NAN, f64::INFINITY);
         let said = of(&log(holed.clone(), 0.05));
         assert!(said.len() == 1 && said[0].contains("2 of 1000 readings"), "{said:?}");
-        // Where a row comes with each change of anything, most rows have no reading of a load.
+        // If rows come with every change of any item, most have no reading of a load.
         assert_eq!(of(&Log { on_change: true, ..log(holed, 0.05) }), Vec::<String>::new());
     }
 

@@ -1,9 +1,9 @@
-//! Logs that say only what changes. In: stamps, each with the items that changed then. Out: columns, one row a stamp, every item at its
-//! last value; what does not change is known there without a stamp.
+//! Logs that record only changes. In: time stamps, each with the items that changed. Out: columns, one row per time
+//! stamp with the last value of every item.
 
 use super::columns::{DataError, Frame};
 
-/// Items of adapters and agents in small letters, and our names.
+/// Items of adapters and agents in lower case, and our columns.
 const ITEMS: [(&str, &str); 29] = [
     ("block_number", "block"),
     ("block", "block"),
@@ -36,7 +36,7 @@ const ITEMS: [(&str, &str); 29] = [
     ("feed_override", "feed_override_percent"),
 ];
 
-/// What changed, stamp by stamp.
+/// The changes at each time stamp.
 #[derive(Debug, Default)]
 pub struct Changes {
     names: Vec<String>,
@@ -44,7 +44,7 @@ pub struct Changes {
 }
 
 impl Changes {
-    /// An item at a stamp; `names` are what it goes by, the first that is known counts.
+    /// Records an item at a time stamp; of its possible `names` the first known one counts.
     pub fn note(&mut self, stamp_s: f64, names: &[&str], value: f64, factor: f64, mapping: &[(String, String)]) {
         let name = our_name(names, mapping);
         let k = self.names.iter().position(|known| *known == name).unwrap_or_else(|| {
@@ -57,14 +57,14 @@ impl Changes {
         }
     }
 
-    /// A stamp, whether or not something of it is a number.
+    /// Records a time stamp, with or without numbers.
     pub fn stamp(&mut self, stamp_s: f64) {
         if self.rows.last().is_none_or(|(last, _)| *last != stamp_s) {
             self.rows.push((stamp_s, Vec::new()));
         }
     }
 
-    /// Puts the stamps in order; a file may list one item after the other.
+    /// Sorts by time; a file may list one item after the other.
     pub fn sort(&mut self) {
         self.rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         let rows = std::mem::take(&mut self.rows);
@@ -76,7 +76,7 @@ impl Changes {
         }
     }
 
-    /// One row a stamp, values held until they change.
+    /// One row per time stamp, values held until they change.
     ///
     /// # Errors
     /// No stamp at all.

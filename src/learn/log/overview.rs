@@ -1,5 +1,5 @@
-//! What is seen in a log before any program is held against it. In: bytes. Out: its kind and layout, each column with what it is read
-//! as, the clock, what happened by the log alone, and a proposal for the columns that were not understood.
+//! Overview of a log without its program. In: bytes. Out: its kind and layout, the meaning of each column, the clock,
+//! stops and overrides, and proposals for columns that are not recognised.
 
 use super::columns::Frame;
 use super::error::DataError;
@@ -11,51 +11,51 @@ use super::{Kind, Log, frame, from_frame, oddities};
 /// A column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnOverview {
-    /// Its name as understood.
+    /// Its name after renaming.
     pub name: String,
-    /// What it is read as; `None`: it is not used.
+    /// Our column that it is read as; `None`: it is not used.
     pub read_as: Option<&'static str>,
-    /// What it may be, where it is not used.
+    /// Proposed name, if it is not used.
     pub proposed: Option<String>,
-    /// Least and greatest value, in the file's unit; `None`: it holds no numbers.
+    /// Least and greatest value, in the file's unit; `None`: no numbers.
     pub range: Option<[f64; 2]>,
     /// Cells without a value, percent.
     pub missing_percent: f64,
 }
 
-/// Something that happened, by the log alone.
+/// A stop or an override that the log shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Happened {
     /// From, to, s.
     pub time_s: [f64; 2],
-    /// What.
+    /// In words.
     pub what: String,
 }
 
-/// A log as it is read.
+/// Overview of a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogOverview {
-    /// What kind of file.
+    /// Kind of file.
     pub kind: Kind,
-    /// How a table lies in it.
+    /// Layout, if it is a table.
     pub layout: Option<Layout>,
     /// Rows.
     pub rows: usize,
     /// The columns in their order.
     pub columns: Vec<ColumnOverview>,
-    /// Length, s, and usual step of its clock, s.
+    /// Length and median step of its clock, s.
     pub clock_s: Option<[f64; 2]>,
     /// Stretches without readings, s.
     pub gaps_s: Vec<[f64; 2]>,
-    /// What happened.
+    /// Stops and overrides.
     pub happened: Vec<Happened>,
-    /// What is odd.
+    /// Warnings.
     pub warnings: Vec<String>,
-    /// Why `learn` cannot use it; `None`: it can.
+    /// Why `learn` cannot use it; `None` if it can.
     pub unusable: Option<String>,
 }
 
-/// Words in names of other software, English and German, and the column they speak for; the first that fits counts.
+/// Words in column names of other software, English and German, and our column; the first match counts.
 const WORDS: [(&[&str], &str); 17] = [
     (&["override"], "feed_override_percent"),
     (&["power", "leistung", "wattage", "watt"], "spindle_power_w"),
@@ -76,7 +76,7 @@ const WORDS: [(&[&str], &str); 17] = [
     (&["n"], "spindle_rpm"),
 ];
 
-/// Looks at a log; `mapping` as for `learn`.
+/// Overview of a log; `mapping` as for `learn`.
 ///
 /// # Errors
 /// A file that holds no rows of cells.
@@ -110,7 +110,7 @@ pub fn overview(bytes: &[u8], mapping: &[(String, String)]) -> Result<LogOvervie
 }
 
 impl LogOverview {
-    /// The mapping that is proposed: theirs, ours.
+    /// The proposed mapping: (theirs, ours).
     pub fn proposed(&self) -> Vec<(String, String)> {
         let of = |column: &ColumnOverview| Some((column.name.clone(), column.proposed.clone()?));
         self.columns.iter().filter_map(of).collect()
@@ -150,7 +150,7 @@ fn columns(frame: &Frame) -> Vec<ColumnOverview> {
     columns
 }
 
-/// The column that the words of a name speak for, with the unit that the name carries.
+/// Our column for the words of a name, and the proposed name with the unit of the file.
 fn proposal(name: &str) -> Option<(&'static str, String)> {
     let (base, unit) = quantity(name);
     let words: Vec<&str> = base.split('_').collect();
@@ -162,7 +162,7 @@ fn proposal(name: &str) -> Option<(&'static str, String)> {
     measures.then(|| (*ours, unit.map_or((*ours).to_owned(), |unit| format!("{own}_{unit}"))))
 }
 
-/// Shortest time that something lasts before it is told, s: below it, a tool change or a corner.
+/// Shortest stop or override that is reported, s; shorter ones are corners or tool changes.
 const TOLD_S: f64 = 2.0;
 
 fn happened(log: &Log, override_percent: Option<&[f64]>) -> Vec<Happened> {
@@ -213,7 +213,7 @@ mod tests {
         assert_eq!(of("x_ist_mm").as_deref(), Some("x_mm"));
         assert_eq!(of("drehzahl").as_deref(), Some("spindle_rpm"));
         assert_eq!(of("temperature_c"), None);
-        // A power in amperes is none.
+        // A power in amperes is not recognised.
         assert_eq!(of("power_meter_a"), None);
     }
 }

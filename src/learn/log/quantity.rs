@@ -1,11 +1,11 @@
-//! The quantities that logs and tables measure: the one list of their columns.
+//! The measured quantities of logs and tables, and their scale in the base model.
 
 use std::f64::consts::TAU;
 
 use crate::machine::Spindle;
 use crate::units::watts_from_n_mm_s;
 
-/// Measured quantities that are understood, as columns; forces are on the workpiece, in machine axes.
+/// Columns of measured quantities; forces are on the workpiece, in machine axes.
 pub const MEASURED: [&str; 8] = [
     "spindle_power_w",
     "spindle_torque_nm",
@@ -17,7 +17,7 @@ pub const MEASURED: [&str; 8] = [
     "force_z_n",
 ];
 
-/// Those of the spindle with their kind and unit; the first that is there is used.
+/// Those of the spindle with their kind and unit; the first one present is used.
 pub const OF_SPINDLE: [(&str, Quantity, &str); 4] = [
     ("spindle_power_w", Quantity::Power, "W"),
     ("spindle_torque_nm", Quantity::Torque, "N·m"),
@@ -25,7 +25,7 @@ pub const OF_SPINDLE: [(&str, Quantity, &str); 4] = [
     ("spindle_current_a", Quantity::Relative, "A"),
 ];
 
-/// What a spindle reading is, and so how base columns are scaled for it.
+/// Kind of a spindle reading, which decides the scale of the base columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// W.
@@ -36,8 +36,8 @@ pub enum Quantity {
     Relative,
 }
 
-/// What a tare of 1 W at the reference speed is in this quantity at a speed: P₀(n)/P₀(n₀) by the declared tare P₀, 1 where none is
-/// declared; a torque is that power over 2πn, and where no tare is declared the same at every speed.
+/// Reading at speed n for a tare of 1 W at the reference speed n₀: P₀(n)/P₀(n₀) with the declared tare P₀, 1 without
+/// one; for a torque that power over 2πn, or over 2πn₀ without a declared tare.
 pub fn tare_factor(quantity: Quantity, spindle: Option<&Spindle>, rps: f64, reference_rps: f64) -> f64 {
     let declared = spindle.filter(|spindle| spindle.tare_w.at(reference_rps) > 0.0);
     let shape = spindle.map_or(1.0, |spindle| spindle.tare_shape(rps, reference_rps));
@@ -47,8 +47,8 @@ pub fn tare_factor(quantity: Quantity, spindle: Option<&Spindle>, rps: f64, refe
     }
 }
 
-/// What mm³/s times N/mm² (or mm²/s times N/mm) is in this quantity: 1 N·mm/s is 1 mW; a torque is a power over 2πn. A
-/// relative load has coefficients per thousand of the rate.
+/// Reading for 1 mm³/s times 1 N/mm² (or 1 mm²/s times 1 N/mm), which is 1 N·mm/s = 1 mW; for a torque that power over
+/// 2πn. Coefficients of a relative load are per 1000 mm³/s or mm²/s.
 pub fn column_factor(quantity: Quantity, rps: f64) -> f64 {
     match quantity {
         Quantity::Power | Quantity::Relative => watts_from_n_mm_s(1.0),

@@ -1,9 +1,9 @@
-//! Measured force components of a log as the resultant in the plane, which the diagnosis compares with its own.
+//! Resultant in the XY plane of the measured force components, for comparison with the predicted one.
 //!
-//! In: a log with F_x and F_y, what one sample of them is, and a window. Out: the same log with `force_xy_n`: the
-//! magnitude where a sample is a peak already; the largest magnitude within half a window on either side where samples
-//! are instantaneous; the magnitude of the mean vector where samples are means (over whole turns), which is compared
-//! with the predicted magnitude of the mean force. A magnitude is the same on the tool and on the workpiece.
+//! In: a log with F_x and F_y, the kind of its samples, a window. Out: the log with `force_xy_n`: for peak samples
+//! their magnitude; for instantaneous samples the largest magnitude within half a window on either side; for means
+//! (over whole turns) the magnitude of the mean vector, which is compared with the predicted magnitude of the mean
+//! force. It is the same on the tool and on the workpiece.
 
 use crate::learn::log::sampled::Log;
 use std::collections::VecDeque;
@@ -23,10 +23,10 @@ pub enum Sample {
 /// Name of a measured force that is a mean over time.
 pub const MEAN_FORCE: &str = "force_xy_n (mean)";
 
-/// Window when none is given and the log has no speed, s.
+/// Window if none is given and the log has no spindle speed, s.
 const WINDOW_S: f64 = 0.1;
 
-/// Adds the resultant where it is missing, and turns instantaneous samples into peaks.
+/// Adds the resultant if it is missing, and converts instantaneous samples to peaks.
 pub fn resultant(log: &mut Log, sample: Sample, window_s: Option<f64>) {
     let find = |log: &Log, name: &str| log.measured.iter().position(|(n, _)| *n == name);
     let values = match (find(log, "force_xy_n"), find(log, "force_x_n"), find(log, "force_y_n")) {
@@ -43,7 +43,7 @@ pub fn resultant(log: &mut Log, sample: Sample, window_s: Option<f64>) {
     log.measured.push(("force_xy_n", peaks));
 }
 
-/// One turn of the spindle as logged.
+/// Duration of one turn of the spindle by the log, s.
 fn turn_s(log: &Log) -> f64 {
     let running: Vec<f64> = log.rps.iter().flatten().copied().filter(|n| *n > 0.1).collect();
     if running.is_empty() { WINDOW_S } else { 1.0 / crate::learn::regress::statistics::median(&running) }

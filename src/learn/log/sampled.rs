@@ -1,6 +1,6 @@
-//! A log once it is read: times, places and readings, sample by sample.
+//! A log after reading: times, positions and readings of each sample.
 
-/// What a log says, sample by sample.
+/// A log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Log {
     /// Time, s.
@@ -17,8 +17,9 @@ pub struct Log {
     pub tool: Option<Vec<f64>>,
     /// Measured quantities: name and values.
     pub measured: Vec<(&'static str, Vec<f64>)>,
-    /// Rows come where something changes: values hold until the next, and a time without rows is no gap.
+    /// Are there rows only when a value changes? Then values hold until the next row, and a time without rows is no
+    /// gap.
     pub on_change: bool,
-    /// What was noticed.
+    /// Warnings.
     pub warnings: Vec<String>,
 }

@@ -1,11 +1,12 @@
-//! MTConnect adapter output (SHDR): lines `timestamp|item|value|item|value…`. In: bytes. Out: columns, one row a stamp.
+//! MTConnect adapter output (SHDR): lines `timestamp|item|value|item|value…`. In: bytes. Out: columns, one row per time
+//! stamp.
 
 use super::columns::{DataError, Frame};
 use super::layout::number;
 use super::on_change::Changes;
 use super::stamps::stamp_s;
 
-/// Does a file look like adapter output?
+/// Is a file adapter output?
 pub fn is_shdr(bytes: &[u8]) -> bool {
     let first = bytes.split(|b| *b == b'\n').find(|l| !l.is_empty() && l[0] != b'*').unwrap_or(&[]);
     first.split(|b| *b == b'|').count() >= 3 && !first.contains(&b',')
@@ -17,7 +18,7 @@ pub fn shdr(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataErr
     let mut changes = Changes::default();
     let mut torn = 0;
     for line in text.lines().map(str::trim) {
-        // A line that an adapter broke off: its rest may look like a stamp.
+        // Incomplete lines are skipped: the rest of a broken line may look like a time stamp.
         let is_whole = line.split('|').count() >= 3;
         torn += usize::from(!is_whole && !line.is_empty() && !line.starts_with('*'));
         let mut fields = line.split('|').take_while(|_| is_whole);
@@ -48,7 +49,7 @@ mod tests {
         assert_eq!(frame.numbers("spindle_power_w").unwrap(), [10.0, 12.0]);
         let time = frame.numbers("time_s").unwrap();
         assert!((time[1] - time[0] - 0.5).abs() < 1e-6);
-        // The end of a line that was broken off is no stamp of the year 1970.
+        // The rest of a broken line is not read as a time stamp of the year 1970.
         let torn = shdr(text.replace("10\n", "10\n20175\n").as_bytes(), &[]).unwrap();
         assert_eq!(torn.numbers("time_s"), frame.numbers("time_s"));
         assert!(torn.warnings[0].ends_with("left out: 1"), "{:?}", torn.warnings);

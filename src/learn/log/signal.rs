@@ -1,9 +1,9 @@
-//! Whether a measured signal says anything. In: a column. Out: an error where it is constant, or mostly missing.
+//! Checks that a measured signal can be used. In: a column. Out: an error if it is constant or mostly missing.
 
 use crate::learn::log::Log;
 use crate::learn::log::columns::DataError;
 
-/// Refuses a signal that does not change between its least and its greatest value.
+/// Rejects a constant signal, by its least and greatest value.
 pub fn changes(name: &str, least: f64, greatest: f64) -> Result<(), DataError> {
     if greatest - least > 1e-9 * greatest.abs() {
         return Ok(());
@@ -11,7 +11,7 @@ pub fn changes(name: &str, least: f64, greatest: f64) -> Result<(), DataError> {
     Err(DataError::Unfit(format!("{name} is constant ({greatest}): the sensor was not connected")))
 }
 
-/// Refuses measured columns of a table that are constant or mostly missing.
+/// Rejects measured columns of a table that are constant or mostly missing.
 pub fn readable(name: &str, values: &[f64]) -> Result<(), DataError> {
     let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let missing = values.len() - known.len();
@@ -22,8 +22,8 @@ pub fn readable(name: &str, values: &[f64]) -> Result<(), DataError> {
     changes(name, least, greatest)
 }
 
-/// Refuses a log with a signal that cannot say anything.
-pub fn refuse_dead(log: &Log) -> Result<(), DataError> {
+/// Rejects a log with a measured signal that is constant or has fewer than 20 values.
+pub fn reject_dead_signals(log: &Log) -> Result<(), DataError> {
     for (name, values) in &log.measured {
         let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
         let (lo, hi) = known.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));

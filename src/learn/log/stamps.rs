@@ -1,5 +1,5 @@
-//! Times as logs write them. In: a cell. Out: seconds: a plain number as it stands; a date and time of ISO 8601, or of a day written
-//! day.month.year, since 1970; a time of day since midnight. A column of times of day goes on over midnight.
+//! Time stamps of logs. In: a cell. Out: seconds: a plain number unchanged; a date and time (ISO 8601 or
+//! day.month.year) since 1970; a time of day since midnight, continued over midnight within a column.
 
 use jiff::Timestamp;
 use jiff::civil::{Date, DateTime, Time};
@@ -7,17 +7,17 @@ use jiff::tz::TimeZone;
 
 const DAY_S: f64 = 86_400.0;
 
-/// Beyond this nothing is measured, in whatever unit: the nanoseconds since 1970 are 1.8e18. What is written there is an overflow or a
-/// sentinel (1e308, 3.4e38).
+/// Largest number that can be a reading in any unit (nanoseconds since 1970 are 1.8e18); larger ones are overflows or
+/// sentinels (1e308, 3.4e38).
 const MOST: f64 = 1e20;
 
-/// A number as a reading; NaN, which is a missing one, where it cannot be one.
+/// A number as a reading; NaN (missing) if it is too large for one.
 pub fn reading(number: f64) -> f64 {
     if number.abs() > MOST { f64::NAN } else { number }
 }
 
-/// Seconds since 1970 from a stamp: a number, or a date and time of ISO 8601 with its offset; without one it is taken as UTC. `None` for
-/// anything else, and for a date that no calendar has.
+/// Seconds since 1970 from a time stamp: a number, or a date and time with its offset, without one in UTC. `None` for
+/// anything else and for dates that do not exist.
 pub fn stamp_s(text: &str) -> Option<f64> {
     if let Ok(seconds) = text.parse::<f64>() {
         return Some(reading(seconds)).filter(|seconds| !seconds.is_nan());
@@ -28,7 +28,7 @@ pub fn stamp_s(text: &str) -> Option<f64> {
     Some(stamp.as_second() as f64 + f64::from(stamp.subsec_nanosecond()) * 1e-9)
 }
 
-/// `23.11.2026 12:34:56.7`.
+/// A date and time like `23.11.2026 12:34:56.7`.
 fn day_first(text: &str) -> Option<DateTime> {
     let (date, time) = text.split_once([' ', 'T'])?;
     let parts: Vec<i16> = date.split('.').map(|part| part.parse().ok()).collect::<Option<_>>()?;
@@ -37,7 +37,7 @@ fn day_first(text: &str) -> Option<DateTime> {
     Some(date.to_datetime(time.trim().parse::<Time>().ok()?))
 }
 
-/// Seconds since midnight from `12:34:56.7`, also with a comma.
+/// Seconds since midnight from a time like `12:34:56.7` or `12:34:56,7`.
 fn clock_s(text: &str) -> Option<f64> {
     let text = text.trim().replace(',', ".");
     let time = text.contains(':').then(|| text.parse::<Time>().ok())??;
@@ -45,12 +45,13 @@ fn clock_s(text: &str) -> Option<f64> {
     Some(whole + f64::from(time.subsec_nanosecond()) * 1e-9)
 }
 
-/// Is a cell a time of one of these kinds, and no plain number?
+/// Is a cell a date or time of day, and no plain number?
 pub fn is_stamp(text: &str) -> bool {
     text.parse::<f64>().is_err() && (clock_s(text).is_some() || stamp_s(text).is_some())
 }
 
-/// The times of a column, s; what cannot be read is NaN. Times of day that fall by more than half a day have passed midnight.
+/// The times of a column, s; NaN if a cell cannot be read. A fall of the time of day by more than half a day is
+/// midnight.
 pub fn times_s(cells: &[String]) -> Vec<f64> {
     let (mut days, mut last) = (0.0, f64::NEG_INFINITY);
     let mut one = |cell: &String| {

@@ -1,5 +1,6 @@
-//! Which samples a model is fitted on, chosen on, and finally judged on. Always whole blocks (set-ups, parts, passes or
-//! stretches of time), never neighbouring samples.
+//! Cross-validation. In: data, effects. Out: the split into samples for the fit, folds for choosing models and data
+//! kept for the judgement, always by whole blocks (set-ups, parts, passes or stretches of time) because neighbouring
+//! samples share their errors; held-out residuals, and the significance of an improvement.
 
 use crate::effects::Place;
 use crate::learn::dataset::samples::Data;
@@ -10,8 +11,7 @@ use rayon::prelude::*;
 /// A split of the samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Split {
-    /// Kept for the final judgement; all false: there are too few blocks, the judgement is by leaving out one block at
-    /// a time.
+    /// Kept for the final judgement. All false: too few blocks; the judgement leaves out one block at a time.
     pub test: Vec<bool>,
     /// Fold of each sample for choosing between models.
     pub fold: Vec<usize>,
@@ -21,11 +21,11 @@ pub struct Split {
     pub how: String,
 }
 
-/// Fewest blocks that can spare some for the final judgement.
+/// Fewest blocks of which some are kept for the final judgement.
 const ENOUGH_BLOCKS: usize = 15;
 
-/// Every fifth block is kept for the judgement where there are enough of them; the rest go to five folds in turn.
-/// With fewer blocks every block is a fold. `what` names the blocks ("set-up", "stretch of time").
+/// With at least [`ENOUGH_BLOCKS`] blocks every fifth is kept for the judgement and the rest are dealt to five folds;
+/// with fewer, every block is a fold. `what` names the blocks ("set-up", "stretch of time").
 pub fn by_blocks(data: &Data, what: &str) -> Split {
     let blocks = data.blocks();
     let rank = |i: usize| blocks.binary_search(&data.block[i]).unwrap_or(0);
@@ -45,7 +45,7 @@ pub fn by_blocks(data: &Data, what: &str) -> Split {
     }
 }
 
-/// Trains on the samples of one kind only and keeps the named blocks of it for the judgement.
+/// Fits one kind only, with its blocks as folds, and keeps all other kinds for the judgement.
 pub fn by_kind(data: &Data, kind: usize, what: &str) -> Split {
     let blocks = data.blocks();
     let rank = |i: usize| blocks.binary_search(&data.block[i]).unwrap_or(0);
@@ -57,18 +57,18 @@ pub fn by_kind(data: &Data, kind: usize, what: &str) -> Split {
     }
 }
 
-/// Weights with the samples that `out` names left out.
+/// The weights with 0 for the samples that are `out`.
 pub fn without(data: &Data, out: impl Fn(usize) -> bool) -> Vec<f64> {
     (0..data.len()).map(|i| if out(i) { 0.0 } else { data.weight[i] }).collect()
 }
 
-/// Most rounds of the fit without a fold; one that has come to rest stops by itself.
+/// Most iterations of the fit without a fold.
 const FOLD_ROUNDS: usize = 12;
 
-/// Residual of every sample that counts under a model that has not seen its fold; parameters begin at `effects`, but for the
-/// factors of curves.
+/// Residual of each sample under the model fitted without its fold; NaN without weight. The fit starts from `effects`,
+/// with the factors of curves at neutral.
 pub fn held_out_residuals(data: &Data, effects: &[FittedEffect], split: &Split) -> Vec<f64> {
-    let begun: Vec<FittedEffect> = effects.iter().map(with_curve_forgotten).collect();
+    let begun: Vec<FittedEffect> = effects.iter().map(with_curve_at_neutral).collect();
     let of_fold = |fold: usize| -> Vec<(usize, f64)> {
         let held: Vec<usize> = data.used().filter(|i| split.fold[*i] == fold).collect();
         if held.is_empty() {
@@ -84,9 +84,9 @@ pub fn held_out_residuals(data: &Data, effects: &[FittedEffect], split: &Split) 
     residuals
 }
 
-/// The effect as a fit to some of the samples may begin with it. A factor of a curve is told by the samples about its knot alone:
-/// left at what all samples gave, it would carry those that are left out into their own prediction.
-fn with_curve_forgotten(each: &FittedEffect) -> FittedEffect {
+/// The effect with the factors of a curve at neutral. A factor is determined only by samples near its knot; if all of
+/// these are held out, a start value from the fit to all samples would leak them into their own prediction.
+fn with_curve_at_neutral(each: &FittedEffect) -> FittedEffect {
     let mut each = each.clone();
     if each.effect.parameters.iter().any(|p| p.place == Some(Place::Knot)) {
         let parameters = each.effect.parameters.iter().zip(&each.free);
@@ -97,7 +97,7 @@ fn with_curve_forgotten(each: &FittedEffect) -> FittedEffect {
     each
 }
 
-/// Per block: Σ w r² before minus after, over samples that both have.
+/// Σ w (before² − after²) of each block, over samples where both are finite.
 pub fn improvement_by_block(data: &Data, before: &[f64], after: &[f64]) -> Vec<f64> {
     let blocks = data.blocks();
     let mut sums = vec![0.0; blocks.len()];
@@ -109,8 +109,8 @@ pub fn improvement_by_block(data: &Data, before: &[f64], after: &[f64]) -> Vec<f
     sums
 }
 
-/// The same per case: per block of a log, per cut of a table. Neighbouring samples share their errors, cuts of a table do not, and
-/// the few set-ups that there are say little of their own scatter.
+/// The same for each case: a block of a log, a cut of a table. Neighbouring samples of a log share their errors, cuts
+/// of a table do not, and a table has too few set-ups to estimate their scatter.
 pub fn improvement_by_case(data: &Data, before: &[f64], after: &[f64]) -> Vec<f64> {
     if data.is_series() {
         return improvement_by_block(data, before, after);
@@ -119,13 +119,16 @@ pub fn improvement_by_case(data: &Data, before: &[f64], after: &[f64]) -> Vec<f6
     known.map(|i| data.weight[i] * (before[i].powi(2) - after[i].powi(2))).collect()
 }
 
-/// Gain of a model over another on data left out, over its standard error. With δ = before − after, of what the two leave, the
-/// gain Σ w (before² − after²) is Σ w δ² + 2 Σ w δ·after: how far the two differ, and what the rest adds to that or takes
-/// away. The scatter of either, the gain or its second part, from case to case bounds the error. That of the gain counts it against
-/// what is there in a few blocks that it is not there in the others; that of the second part, that more is left which goes the same way.
-/// A third bound is the standard error of the ratio R = Σa/Σb of the squares after (a) to those before (b), √Σ(aᵢ − R bᵢ)²/Σb
-/// (Cochran, Sampling Techniques, ch. 6). It is small where each case loses the same share of its squares, even if only few cases
-/// had large ones.
+/// Gain of a model over another on held-out data, over its standard error. With δ = before − after the gain is
+///
+/// Σ w (before² − after²) = Σ w δ² + 2 Σ w δ·after.
+///
+/// The standard error is the least of three estimates from the scatter between cases, as each is too large in its own
+/// situation:
+/// 1. that of the gain: too large if an effect acts in few blocks only;
+/// 2. that of the second term alone, the first being certain: too large if the rest is correlated with δ;
+/// 3. that of the ratio R = Σa/Σb of the squares after (a) to those before (b), √Σ(aᵢ − R bᵢ)²/Σb (Cochran, Sampling
+///    Techniques, ch. 6): small if each case loses the same share of its squares, even if few cases have large ones.
 pub fn certainty_of_gain(data: &Data, before: &[f64], after: &[f64]) -> f64 {
     let differs = |i: usize| data.weight[i] * (before[i] - after[i]);
     let sums = |case: Vec<usize>| {
@@ -147,7 +150,7 @@ pub fn certainty_of_gain(data: &Data, before: &[f64], after: &[f64]) -> f64 {
     if variance > 0.0 { gain / variance.sqrt() } else { 0.0 }
 }
 
-/// Blocks of a log, cuts of a table: the samples of each that count and are known.
+/// The samples with weight of each case (block of a log, cut of a table) that are `known`.
 fn cases(data: &Data, known: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let used = data.used().filter(|i| known(*i));
     if !data.is_series() {
@@ -174,7 +177,7 @@ pub fn t_statistic(values: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// 24 blocks of 40 samples that follow each other, in time.
+    /// A log of 24 blocks of 40 samples.
     fn data() -> Data {
         let n = 960;
         Data {
@@ -192,7 +195,7 @@ mod tests {
         ((i * 7919) % 101) as f64 / 50.0 - 1.0
     }
 
-    /// (t, certainty) of what is gained where a model leaves `before(block)` and another `after(block)`, beside the scatter.
+    /// (t, certainty) of the gain if one model leaves `before(block)` and another `after(block)`, plus scatter.
     fn gained(before: impl Fn(usize) -> f64, after: impl Fn(usize) -> f64) -> (f64, f64) {
         let data = data();
         let left = |of: &dyn Fn(usize) -> f64| (0..960).map(|i| of(i / 40) + wobble(i)).collect::<Vec<f64>>();
@@ -205,13 +208,13 @@ mod tests {
         let few = |block: usize| if block < 3 { 2.0 } else { 0.0 };
         let (t, certainty) = gained(few, |_| 0.0);
         assert!(t < 2.0 && certainty > 5.0, "{t} {certainty}");
-        // The other way round it is as certain a loss.
+        // Exchanged, it is a significant loss.
         assert!(gained(|_| 0.0, few).1 < -1.0);
     }
 
     #[test]
     fn a_large_share_gone_from_the_few_blocks_that_leave_most_is_certain_though_some_is_left_there() {
-        // Half of what stands in three blocks goes; by another model, half of what stands in one of them.
+        // One model removes half of the residual of three blocks, another half of that of one of them.
         let few = |block: usize| if block < 3 { 4.0 } else { 0.0 };
         let (t, certainty) = gained(few, |block| 0.5 * few(block));
         assert!(t < 2.0 && certainty > 3.0, "{t} {certainty}");

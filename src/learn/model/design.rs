@@ -1,9 +1,10 @@
-//! What effects make of the columns of [`Data`]. In: samples, effects with values. Out: columns, or the load that they
-//! add up to with base coefficients.
+//! How effects change the columns of [`Data`]. In: samples, effects with values. Out: the changed columns, or their sum
+//! weighted by the base coefficients.
 //!
-//! Geometry variants are added to the columns first; then tare columns are multiplied by Π tare, cutting columns by
-//! Π cutting · feed ratio, edge columns by Π edge; a lag filters along time last. Factors differ from sample to sample;
-//! sizes of the geometry, acceleration, lag and excess of the reading are the same for all ([`Acting::whole`]).
+//! First geometry variants are added to the columns; then tare columns are multiplied by Π tare, cutting columns by Π
+//! cutting · feed ratio, edge columns by Π edge; last, a lag filters along time. The factors differ from sample to
+//! sample; changes of geometry, acceleration, lag and excess of the reading are the same for all samples
+//! ([`Acting::whole`]).
 
 use crate::effects::{Acts, Change, Effect, Parameter, State, named};
 use crate::learn::dataset::samples::{Class, Data, VariantColumns};
@@ -12,28 +13,28 @@ use crate::learn::program::variant::Variant;
 use crate::learn::report::Added;
 use crate::machine::material::{EffectUse, Process};
 
-/// Most steps in which the load is found whose reading is known; some five reach the last digit.
+/// Most Newton steps to find the load of a reading; about five suffice.
 const MOST_INVERSIONS: usize = 24;
 
 /// An effect with values of its parameters.
 #[derive(Debug, Clone)]
 pub struct FittedEffect {
-    /// Which.
+    /// The effect.
     pub effect: &'static Effect,
     /// Values in the order of its parameters.
     pub values: Vec<f64>,
-    /// Which of them are fitted; the others stay.
+    /// Which of them are fitted.
     pub free: Vec<bool>,
 }
 
 impl FittedEffect {
-    /// Parameters that the data were asked for.
-    pub fn asked(&self) -> usize {
+    /// Number of fitted parameters.
+    pub fn free_count(&self) -> usize {
         self.free.iter().filter(|f| **f).count()
     }
 }
 
-/// An effect of a report as the fit uses it.
+/// An effect of a report in the form that the fit uses.
 pub fn in_model(added: &Added) -> Option<FittedEffect> {
     let effect = named(&added.name)?;
     let given = |name: &str| added.parameters.iter().find(|v| v.name == name).map(|v| v.value);
@@ -43,7 +44,7 @@ pub fn in_model(added: &Added) -> Option<FittedEffect> {
     Some(FittedEffect { effect, values, free })
 }
 
-/// The effects of a model file on loads and readings; those on geometry and motion are the job's.
+/// The effects of a model file on loads and readings; those on geometry and motion already act in the job.
 pub fn in_model_file(process: &Process) -> Vec<FittedEffect> {
     let acting = |used: &EffectUse| {
         let effect = named(&used.name).filter(|e| matches!(e.acts, Acts::Load | Acts::Measuring))?;
@@ -54,16 +55,16 @@ pub fn in_model_file(process: &Process) -> Vec<FittedEffect> {
     process.effects.iter().filter_map(acting).collect()
 }
 
-/// What the effects of a report change of every cut alike.
+/// The changes by the effects of a report that are the same for every cut.
 pub fn changes(found: &[Added]) -> Vec<Change> {
     found.iter().filter_map(in_model).map(|each| (each.effect.change)(&each.values, &State::default())).collect()
 }
 
-/// What one effect does to every sample.
+/// One effect evaluated for every sample.
 pub struct Acting {
     /// Factors on tare, cutting and edge columns; `None` where all are 1.
     factors: [Option<Vec<f64>>; 3],
-    /// What is the same for all samples.
+    /// Changes that are the same for all samples.
     whole: Change,
 }
 
@@ -72,15 +73,14 @@ pub fn acting(each: &FittedEffect, data: &Data) -> Acting {
     acting_on(each, data, 0..data.len())
 }
 
-/// The same for some samples; to the others it does nothing.
+/// The same for some samples; all factors of the others are 1.
 pub fn acting_on(each: &FittedEffect, data: &Data, samples: impl Iterator<Item = usize>) -> Acting {
     let mut factors = [const { None::<Vec<f64>> }; 3];
-    // What acts on geometry or motion is the same for all samples.
     let is_whole = matches!(each.effect.acts, Acts::Geometry | Acts::Motion);
     for i in samples.filter(|_| !is_whole) {
         let one = (each.effect.change)(&each.values, &data.state[i]);
         for (factor, value) in factors.iter_mut().zip([one.tare, one.cutting, one.edge]) {
-            // In air a covariate of the cut is not known, and nothing is there to change.
+            // In air covariates of the cut are NaN, and there is no load to change.
             if value.is_finite() && value != 1.0 {
                 factor.get_or_insert_with(|| vec![1.0; data.len()])[i] = value;
             }
@@ -89,8 +89,8 @@ pub fn acting_on(each: &FittedEffect, data: &Data, samples: impl Iterator<Item =
     Acting { factors, whole: (each.effect.change)(&each.values, &State::default()) }
 }
 
-/// What all effects together do to all samples alike.
-pub fn together(acting: &[&Acting]) -> Change {
+/// The changes by all effects that are the same for all samples.
+pub fn combined(acting: &[&Acting]) -> Change {
     let mut sum = Change::default();
     for one in acting.iter().map(|a| &a.whole) {
         sum.runout_mm += one.runout_mm;
@@ -111,15 +111,15 @@ pub fn together(acting: &[&Acting]) -> Change {
 
 /// Columns as the effects change them.
 pub fn changed_columns(data: &Data, acting: &[&Acting]) -> Vec<Vec<f64>> {
-    let whole = together(acting);
+    let whole = combined(acting);
     let ratio = feed_ratio(data, whole.acceleration);
     let filter = Filter::new(data, whole.lag_s);
     let mut columns = data.columns.clone();
     for (b, column) in columns.iter_mut().enumerate() {
-        for (size, more) in sizes(data, &whole) {
+        for (size, more) in variant_sizes(data, &whole) {
             column.iter_mut().zip(&more[b]).for_each(|(x, m)| *x += size * m);
         }
-        factored(column, data.base[b].class, acting, ratio.as_ref());
+        multiply_by_factors(column, data.base[b].class, acting, ratio.as_ref());
         if let Some(f) = &filter {
             f.run(column, None);
         }
@@ -127,39 +127,39 @@ pub fn changed_columns(data: &Data, acting: &[&Acting]) -> Vec<Vec<f64>> {
     columns
 }
 
-/// What a load has besides Σ β·column: what a chain with a lag keeps of readings taken while nobody knew the load.
-pub fn kept(data: &Data, acting: &[&Acting], top: f64) -> Option<Vec<f64>> {
-    let whole = together(acting);
+/// The part of a lagged load that comes from readings instead of Σ β·column, because the load before is unknown; `None`
+/// if there is none. See [`Filter`].
+pub fn load_from_readings(data: &Data, acting: &[&Acting], top: f64) -> Option<Vec<f64>> {
+    let whole = combined(acting);
     let filter = Filter::new(data, whole.lag_s).filter(Filter::reads)?;
     let mut kept = vec![0.0; data.len()];
     filter.run(&mut kept, Some(&before_drive(data, &whole, top)));
     Some(kept)
 }
 
-/// What a chain with such a lag takes of readings that are off by these residuals, if it does not delay the load: after
-/// samples of which nobody knows the load, what is off there stays for as long as the lag is. `None` where no reading
-/// counts.
-pub fn remembered(data: &Data, lag_s: f64, residual: &[f64]) -> Option<Vec<f64>> {
+/// Response of the same filter to residuals in place of readings: errors at samples of unknown load that it carries
+/// over into the samples after them. `None` if no level comes from a reading.
+pub fn carried_over(data: &Data, lag_s: f64, residual: &[f64]) -> Option<Vec<f64>> {
     let filter = Filter::new(data, lag_s).filter(Filter::reads)?;
-    let mut remembered = vec![0.0; data.len()];
-    filter.run(&mut remembered, Some(residual));
-    Some(remembered)
+    let mut carried_over = vec![0.0; data.len()];
+    filter.run(&mut carried_over, Some(residual));
+    Some(carried_over)
 }
 
-/// Load of the columns as the effects change them; `top`: scale of the excess of the reading.
+/// Σ β·column with the columns as the effects change them; `top`: scale of the excess of the reading.
 pub fn load(data: &Data, acting: &[&Acting], base: &[f64], top: f64) -> Vec<f64> {
-    let whole = together(acting);
+    let whole = combined(acting);
     let ratio = feed_ratio(data, whole.acceleration);
     let mut sum = vec![0.0; data.len()];
     for class in [Class::Tare, Class::Cutting, Class::Edge] {
         let mut part = vec![0.0; data.len()];
         for (b, beta) in base.iter().enumerate().filter(|(b, _)| data.base[*b].class == class) {
             part.iter_mut().zip(&data.columns[b]).for_each(|(p, x)| *p += beta * x);
-            for (size, more) in sizes(data, &whole) {
+            for (size, more) in variant_sizes(data, &whole) {
                 part.iter_mut().zip(&more[b]).for_each(|(p, m)| *p += beta * size * m);
             }
         }
-        factored(&mut part, class, acting, ratio.as_ref());
+        multiply_by_factors(&mut part, class, acting, ratio.as_ref());
         sum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
     }
     if let Some(f) = &Filter::new(data, whole.lag_s) {
@@ -168,17 +168,17 @@ pub fn load(data: &Data, acting: &[&Acting], base: &[f64], top: f64) -> Vec<f64>
     sum
 }
 
-/// Readings less their excess.
+/// The loads whose readings with the excess of the drive are those of the data.
 pub fn before_drive(data: &Data, change: &Change, top: f64) -> Vec<f64> {
     if change.reading_excess == 0.0 {
         return data.reading.clone();
     }
-    data.reading.iter().map(|y| load_read_as(*y, change, top)).collect()
+    data.reading.iter().map(|y| load_of_reading(*y, change, top)).collect()
 }
 
-/// Load P whose reading P(1 + c(P/top)^p) is y, by Newton's steps from the reading itself: what a load reads is convex above
-/// zero, so that they close in from one side. Below zero the chain adds nothing.
-fn load_read_as(y: f64, change: &Change, top: f64) -> f64 {
+/// The load P with P(1 + c(P/top)^p) = y, by Newton's method from P = y. The function is convex for P > 0, so the steps
+/// converge from one side; below 0 there is no excess.
+fn load_of_reading(y: f64, change: &Change, top: f64) -> f64 {
     let mut p = y;
     for _ in 0..MOST_INVERSIONS {
         let off = p * (1.0 + excess(change, p, top)) - y;
@@ -201,7 +201,7 @@ pub fn slope_of_reading(change: &Change, load: f64, top: f64) -> f64 {
     1.0 + (1.0 + change.reading_exponent) * excess(change, load, top)
 }
 
-fn factored(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<&Vec<f64>>) {
+fn multiply_by_factors(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<&Vec<f64>>) {
     for factors in acting.iter().filter_map(|a| a.factors[class as usize].as_ref()) {
         column.iter_mut().zip(factors).for_each(|(x, f)| *x *= f);
     }
@@ -211,9 +211,10 @@ fn factored(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<
 }
 
 /// Variants that the change asks for, with how much of them.
-fn sizes<'a>(data: &'a Data, change: &Change) -> Vec<(f64, &'a Vec<Vec<f64>>)> {
-    let asked =
-        |v: &'a VariantColumns| Some((size_of(v.variant, change, &data.runouts), v)).filter(|(size, _)| *size != 0.0);
+fn variant_sizes<'a>(data: &'a Data, change: &Change) -> Vec<(f64, &'a Vec<Vec<f64>>)> {
+    let asked = |v: &'a VariantColumns| {
+        Some((variant_size(v.variant, change, &data.runouts), v)).filter(|(size, _)| *size != 0.0)
+    };
     let share = |(size, v): (f64, &'a VariantColumns)| {
         let simulated = data.variants.iter().filter(|other| other.variant == v.variant).map(|other| other.size);
         (share_of(size, v.size, simulated), &v.columns)
@@ -242,8 +243,8 @@ fn share_of(size: f64, own: f64, simulated: impl Iterator<Item = f64> + Clone) -
     }
 }
 
-/// How much of a variant a change asks for, mm (or 0 … 1 for the curvature).
-fn size_of(variant: Variant, change: &Change, runouts: &RunoutGrid) -> f64 {
+/// Size of a variant in a change, mm; a share 0 … 1 for curvature, runout and span.
+fn variant_size(variant: Variant, change: &Change, runouts: &RunoutGrid) -> f64 {
     match variant {
         Variant::StockTop => change.stock_top_mm,
         Variant::StockSide => change.stock_side_mm,
@@ -256,8 +257,8 @@ fn size_of(variant: Variant, change: &Change, runouts: &RunoutGrid) -> f64 {
     }
 }
 
-/// Feed over declared feed on a machine with this factor of the acceleration: between two factors linear in the
-/// logarithm.
+/// Feed over declared feed on a machine with this factor of the acceleration, interpolated in the logarithm of the
+/// factor.
 fn feed_ratio(data: &Data, factor: f64) -> Option<Vec<f64>> {
     let last = data.slower.last().filter(|_| factor < 1.0)?;
     let after = data.slower.iter().position(|s| s.factor <= factor);
@@ -276,25 +277,27 @@ fn feed_ratio(data: &Data, factor: f64) -> Option<Vec<f64>> {
     Some((0..data.len()).map(between).collect())
 }
 
-/// First-order lag along the runs. With u the mean of the load over the span of a sample and L the level before it, the
-/// level after k of its m readings is u + (L − u)·qᵏ, q = e^(−span/(m T)); the sample is the mean over k = 1 … m.
+/// First-order lag of time constant T along the runs. With u the mean load over the span of a sample and L the level
+/// before it, the level after k of its m readings is u + (L − u)·qᵏ, q = e^(−span/(m T)); the sample is the mean over k
+/// = 1 … m.
 ///
-/// The load of a sample is known to a variance d of that of a reading (infinite: not at all), and so is what the chain
-/// keeps of it. After each sample the level is moved by the share v/(v + 1) of what the reading is off, v = k²·v' + (1
-/// − k)²·d, with k what the chain keeps of the level and v' = v/(v + 1) after the sample before: where all loads are
-/// known no reading counts.
+/// If a load is uncertain, the level is corrected by the reading (Kalman filter). Variances are in units of that of a
+/// reading: d of the load of a sample (infinite: unknown), v of the level before the correction. v = κ²·v′ + (1 −
+/// κ)²·d, with κ = e^(−span/T) and v′ the variance after the sample before; then the level moves by v/(v + 1) of
+/// reading less prediction, and v′ = v/(v + 1). With all d = 0 no reading has influence.
 struct Filter {
     steps: Vec<Step>,
 }
 
-/// What the filter does at a sample.
+/// Coefficients of the filter at a sample.
 struct Step {
-    /// Does it follow the one before?
+    /// Does it follow the sample before without a gap?
     follows: bool,
-    /// Share of L − u in the sample, and in the level after it.
+    /// Share of L − u in the sample.
     share: f64,
+    /// Share of L − u in the level after it, κ.
     keep: f64,
-    /// Share of the reading in the level after it.
+    /// Share of the reading's deviation in the level after it, v/(v + 1).
     read: f64,
 }
 
@@ -317,12 +320,12 @@ impl Filter {
         (lag_s > 0.0).then(|| Self { steps: (0..data.len()).map(&mut step).collect() })
     }
 
-    /// Does any level come from a reading?
+    /// Does a reading have influence anywhere?
     fn reads(&self) -> bool {
         self.steps.iter().any(|s| s.read > 0.0)
     }
 
-    /// Filters loads, or columns, to which no readings belong.
+    /// Filters loads with their readings, or a column without readings (0).
     fn run(&self, values: &mut [f64], readings: Option<&[f64]>) {
         let mut level = 0.0;
         for (i, (value, step)) in values.iter_mut().zip(&self.steps).enumerate() {
@@ -335,9 +338,9 @@ impl Filter {
     }
 }
 
-/// The reading that the measuring chain makes of a load, `top` being the scale of the excess.
+/// The reading of a load with the excess of the drive; `top`: its scale.
 pub fn measured(mut load: Vec<f64>, acting: &[&Acting], top: f64) -> Vec<f64> {
-    let whole = together(acting);
+    let whole = combined(acting);
     if whole.reading_excess != 0.0 {
         for p in &mut load {
             *p *= 1.0 + excess(&whole, *p, top);
@@ -346,7 +349,7 @@ pub fn measured(mut load: Vec<f64>, acting: &[&Acting], top: f64) -> Vec<f64> {
     load
 }
 
-/// Scale of the efficiency effect: the 99th percentile of the readings.
+/// Scale of the excess of the reading: the 99th percentile of the readings.
 pub fn top_reading(mut readings: Vec<f64>) -> f64 {
     let at = readings.len() * 99 / 100;
     if readings.is_empty() {
@@ -360,7 +363,7 @@ mod tests {
     use super::*;
     use crate::effects::named;
 
-    /// Two classes of one sample each step, a step of the load after sample 10.
+    /// A load that steps from 0 to 1 at sample 10.
     fn stepped(readings_per_sample: f64) -> Data {
         let n = 40;
         Data {
@@ -418,7 +421,7 @@ mod tests {
             let drive = Change { reading_excess: excess, reading_exponent: exponent, ..Change::default() };
             for load in [-3.0, 0.0, 1e-3, 40.0, 100.0, 250.0] {
                 let reading = load * (1.0 + super::excess(&drive, load, 100.0));
-                let found = load_read_as(reading, &drive, 100.0);
+                let found = load_of_reading(reading, &drive, 100.0);
                 assert!((found - load).abs() <= 1e-9 * load.abs(), "{excess} {exponent} {load}: {found}");
             }
         }
@@ -428,7 +431,7 @@ mod tests {
     fn after_a_load_that_nobody_knows_the_level_is_what_was_read() {
         let lag = FittedEffect { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
         let mut data = stepped(1.0);
-        // The true load is 5 at samples 20 … 24, of which the columns know nothing.
+        // The true load is 5 at samples 20 … 24; the columns have 1.
         let hidden = |i: usize| f64::from(i >= 10) + if (20..25).contains(&i) { 4.0 } else { 0.0 };
         let keep = (-0.1 / 0.4f64).exp();
         let mut level = 0.0;
@@ -439,7 +442,7 @@ mod tests {
         data.load_variance = (0..40).map(|i| if (20..25).contains(&i) { f64::INFINITY } else { 0.0 }).collect();
         let acts = acting(&lag, &data);
         let whole = load(&data, &[&acts], &[1.0], 1.0);
-        let kept = kept(&data, &[&acts], 1.0).unwrap();
+        let kept = load_from_readings(&data, &[&acts], 1.0).unwrap();
         let column = &changed_columns(&data, &[&acts])[0];
         for i in 0..data.len() {
             assert!((whole[i] - column[i] - kept[i]).abs() < 1e-12, "{i}");
@@ -456,7 +459,7 @@ mod tests {
         let lag = FittedEffect { effect: named("sensor-lag").unwrap(), values: vec![0.4], free: vec![true] };
         let mut data = stepped(2.0);
         let columns = data.columns[0].clone();
-        // The true load is a third more at samples 20 … 24, where the column is known to that.
+        // The true load is a third higher at samples 20 … 24, and the column is uncertain by as much.
         data.columns[0][20..25].iter_mut().for_each(|x| *x = 4.0 / 3.0);
         data.reading = load(&data, &[&acting(&lag, &data)], &[300.0], 1.0);
         data.columns[0] = columns;

@@ -1,14 +1,16 @@
-//! Fits base coefficients and the parameters of effects together.
+//! Fits base coefficients β and the parameters θ of effects together. In: data, effects with start values. Out:
+//! [`Fitted`].
 //!
-//! Model of a reading: y = measure(Σ_b β_b·X_b(θ)), where X(θ) are the columns of [`Data`] as the effects change them:
-//! see [`super::design`]; the drive adds the excess c·(P/P_max)^p. β and θ minimise
-//! Σ w (y − ŷ)² + Σ ((β − prior)/sd)²·σ² by damped Gauss–Newton (Levenberg–Marquardt), analytic in β, by differences in
-//! θ, with β and θ kept inside their bounds; after every step of θ β is solved for anew.
+//! Model of a reading: ŷ = P·(1 + c·(P/P_max)^p), P = Σ_b β_b·X_b(θ), where X(θ) are the columns of [`Data`] as the
+//! effects change them ([`super::design`]) and c and p describe the excess of the drive. β and θ minimise Σ w (y − ŷ)²
+//! + Σ ((β − prior)/sd)² by damped Gauss–Newton steps (Levenberg 1944, Marquardt 1963) within bounds, with derivatives
+//! analytic in β and by differences in θ; after every step of θ, β is solved for again (variable projection, Golub and
+//! Pereyra 1973).
 
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::model::design::{
-    Acting, FittedEffect, acting, acting_on, before_drive, changed_columns, kept, load, measured, slope_of_reading,
-    together, top_reading,
+    Acting, FittedEffect, acting, acting_on, before_drive, changed_columns, combined, load, load_from_readings,
+    measured, slope_of_reading, top_reading,
 };
 use crate::learn::regress::statistics::dot;
 use nalgebra::{DMatrix, DVector};
@@ -26,18 +28,18 @@ pub struct Model {
 /// A fitted model.
 #[derive(Debug, Clone)]
 pub struct Fitted {
-    /// It.
+    /// Coefficients and parameters.
     pub model: Model,
     /// Prediction of every sample, also of those with no weight.
     pub predicted: Vec<f64>,
-    /// Σ w (y − ŷ)², and what the priors add.
+    /// The minimised sum: Σ w (y − ŷ)² + Σ ((β − prior)/sd)².
     pub squares: f64,
 }
 
-/// How well the data tell the parameters of a fitted model.
+/// How well the data determine the parameters of a fitted model.
 #[derive(Debug, Clone)]
 pub struct Certainty {
-    /// Covariance of (β, θ) for unit weight variance, times σ².
+    /// Covariance of (β, θ): σ² times the pseudo-inverse of the normal matrix.
     pub covariance: DMatrix<f64>,
     /// Largest over smallest singular value of the scaled Jacobian of β.
     pub condition: f64,
@@ -50,7 +52,7 @@ impl Certainty {
     }
 }
 
-/// See [`Certainty`]: of the model at the minimum of its squares.
+/// Covariance and condition of a fitted model.
 pub fn certainty(data: &Data, fitted: &Fitted) -> Certainty {
     let search = Search::new(data, &data.weight);
     let (base, effects) = (&fitted.model.base, &fitted.model.effects);
@@ -92,11 +94,12 @@ pub fn part(data: &Data, present: &Fitted, classes: &[Class]) -> Vec<f64> {
     sum
 }
 
-/// Relative drop of the squares below which a fit has settled: of ten thousand samples a hundredth of a unit of twice the
+/// Relative drop of the squares below which a fit has converged: with ten thousand samples 0.01 in twice the
 /// log-likelihood, far below every threshold of [`crate::learn::diagnose::criteria`].
-const SETTLED: f64 = 1e-6;
+const CONVERGED: f64 = 1e-6;
 
-/// Fits β and the parameters of all effects, from the values in `effects`; `None` when no sample counts.
+/// Fits β and the parameters of all effects, from the values in `effects`; `None` with fewer samples than base
+/// coefficients.
 pub fn fit(data: &Data, effects: &[FittedEffect], iterations: usize) -> Option<Fitted> {
     fit_weighed(data, &data.weight, effects, iterations)
 }
@@ -120,7 +123,7 @@ pub fn fit_weighed(data: &Data, weight: &[f64], effects: &[FittedEffect], iterat
             let Some(step) = search.step_within(&at, &normal, &gradient, damping) else { break };
             let next = search.moved(&at, &step);
             if next.objective.is_finite() && next.objective < at.objective {
-                improved = at.objective - next.objective > SETTLED * at.objective;
+                improved = at.objective - next.objective > CONVERGED * at.objective;
                 at = next;
                 damping = (damping * 0.2).max(1e-12);
                 break;
@@ -146,14 +149,14 @@ struct Search<'a> {
     data: &'a Data,
     weight: &'a [f64],
     used: Vec<usize>,
-    /// Base coefficients that no sample which counts shows. What a chain with a lag leaves of them in later samples is too
-    /// little to tell them by: they stay where the setup has them.
-    unseen: Vec<bool>,
+    /// Base coefficients whose column is 0 in every sample with weight. The tail that a lag leaves in later samples is
+    /// too little to determine them: they keep the value of their prior.
+    without_data: Vec<bool>,
     /// Scale of the excess of the reading.
     top: f64,
 }
 
-/// A model with what it makes of the data.
+/// A model with its prediction of the data.
 struct Point {
     base: Vec<f64>,
     theta: Vec<FittedEffect>,
@@ -161,7 +164,7 @@ struct Point {
     /// Σ β·column, before the drive's excess.
     load: Vec<f64>,
     predicted: Vec<f64>,
-    /// Σ w (y − ŷ)², and what the priors add.
+    /// Σ w (y − ŷ)² + Σ ((β − prior)/sd)².
     objective: f64,
 }
 
@@ -171,23 +174,23 @@ impl Point {
     }
 
     fn excess(&self) -> f64 {
-        together(&self.acting()).reading_excess
+        combined(&self.acting()).reading_excess
     }
 }
 
 impl<'a> Search<'a> {
     fn new(data: &'a Data, weight: &'a [f64]) -> Self {
         let used: Vec<usize> = (0..data.len()).filter(|i| weight[*i] > 0.0).collect();
-        let unseen = data.columns.iter().map(|column| used.iter().all(|i| column[*i] == 0.0)).collect();
+        let without_data = data.columns.iter().map(|column| used.iter().all(|i| column[*i] == 0.0)).collect();
         let top = top_reading(used.iter().map(|i| data.reading[*i]).collect());
-        Self { data, weight, used, unseen, top }
+        Self { data, weight, used, without_data, top }
     }
 
     fn acting(&self, theta: &[FittedEffect]) -> Vec<Rc<Acting>> {
         theta.iter().map(|each| Rc::new(acting(each, self.data))).collect()
     }
 
-    /// The same of effects next to a point; those that have not moved act as there.
+    /// The same for effects next to a point; those with unchanged values are reused.
     fn acting_beside(&self, at: &Point, theta: &[FittedEffect]) -> Vec<Rc<Acting>> {
         let beside = |((each, last), acts): ((&FittedEffect, &FittedEffect), &Rc<Acting>)| {
             if each.values == last.values { Rc::clone(acts) } else { Rc::new(acting(each, self.data)) }
@@ -203,16 +206,17 @@ impl<'a> Search<'a> {
         Point { base, theta, acting, load, predicted, objective }
     }
 
-    /// β for these θ, within its bounds, and whether it had to be put there: exact when the chain is linear. Where it
-    /// is not, the loads are fitted that the drive makes the readings of, each with the slope of its reading.
+    /// β for these θ by linear least squares, clamped to its bounds, and whether it was clamped. If the drive has an
+    /// excess, the readings are converted to loads first, and each is weighted by the slope of its reading over the
+    /// load.
     fn best_base(&self, acting: &[Rc<Acting>]) -> Option<(Vec<f64>, bool)> {
         let all: Vec<&Acting> = acting.iter().map(Rc::as_ref).collect();
-        let whole = together(&all);
+        let whole = combined(&all);
         let mut columns = self.columns(&all);
         let mut rest = before_drive(self.data, &whole, self.top);
         let slopes: Option<Vec<f64>> = (whole.reading_excess != 0.0)
             .then(|| rest.iter().map(|p| slope_of_reading(&whole, *p, self.top)).collect());
-        if let Some(kept) = kept(self.data, &all, self.top) {
+        if let Some(kept) = load_from_readings(self.data, &all, self.top) {
             rest.iter_mut().zip(&kept).for_each(|(y, k)| *y -= k);
         }
         if let Some(slopes) = &slopes {
@@ -235,11 +239,15 @@ impl<'a> Search<'a> {
     /// Columns of the base coefficients as the effects change them.
     fn columns(&self, acting: &[&Acting]) -> Vec<Vec<f64>> {
         let mut columns = changed_columns(self.data, acting);
-        columns.iter_mut().zip(&self.unseen).filter(|(_, unseen)| **unseen).for_each(|(column, _)| column.fill(0.0));
+        columns
+            .iter_mut()
+            .zip(&self.without_data)
+            .filter(|(_, without_data)| **without_data)
+            .for_each(|(column, _)| column.fill(0.0));
         columns
     }
 
-    /// XᵀWX and XᵀWy. Samples without weight add nothing: what the columns have of them is finite.
+    /// XᵀWX and XᵀWy. Columns are finite in samples without weight too, so these add 0.
     fn sums(&self, columns: &[Vec<f64>], y: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
         let p = columns.len();
         let (mut normal, mut rhs) = (DMatrix::zeros(p, p), DVector::zeros(p));
@@ -257,7 +265,7 @@ impl<'a> Search<'a> {
         (normal, rhs)
     }
 
-    /// Adds what the priors of β say, at β = `base`.
+    /// Adds the terms of the priors of β at β = `base`.
     fn with_priors(&self, normal: &mut DMatrix<f64>, gradient: &mut DVector<f64>, base: &[f64]) {
         for (b, spec) in self.data.base.iter().enumerate() {
             if let Some((mean, sd)) = spec.prior {
@@ -267,7 +275,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A step that leaves those β and θ alone that stand on a bound and would cross it.
+    /// A damped step; β and θ that are at a bound and would cross it are held there (active set).
     fn step_within(
         &self,
         at: &Point,
@@ -296,7 +304,7 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// β, then θ, with their bounds.
+    /// Values and bounds of β, then of θ.
     fn bounded(&self, at: &Point) -> Vec<(f64, (f64, f64))> {
         let base = at.base.iter().zip(&self.data.base).map(|(value, spec)| (*value, spec.bounds));
         let own = |each: &FittedEffect| {
@@ -328,7 +336,7 @@ impl<'a> Search<'a> {
     /// Columns of dŷ/dβ, then dŷ/dθ.
     fn jacobian(&self, at: &Point) -> Vec<Vec<f64>> {
         let mut columns = self.columns(&at.acting());
-        let whole = together(&at.acting());
+        let whole = combined(&at.acting());
         if whole.reading_excess != 0.0 {
             for column in &mut columns {
                 column.iter_mut().zip(&at.load).for_each(|(x, p)| *x *= slope_of_reading(&whole, *p, self.top));
@@ -352,8 +360,8 @@ impl<'a> Search<'a> {
         let size = 1e-4 * value.abs().max(1e-2 * parameter.max.min(1.0));
         let step = if value + size > parameter.max { -size } else { size };
         each.values[k] = value + step;
-        // A chain that keeps what it read asks for the samples without weight as well.
-        let all_count = self.used.len() == self.data.len() || together(&at.acting()).lag_s > 0.0;
+        // With a lag a sample depends on those before it, also on those without weight.
+        let all_count = self.used.len() == self.data.len() || combined(&at.acting()).lag_s > 0.0;
         let own =
             if all_count { acting(&each, self.data) } else { acting_on(&each, self.data, self.used.iter().copied()) };
         let mut all = at.acting();
@@ -362,21 +370,21 @@ impl<'a> Search<'a> {
         moved.iter().zip(&at.predicted).map(|(m, a)| (m - a) / step).collect()
     }
 
-    /// θ a step further, and the β that are best there: a step that moves both at once does not see that their product
-    /// changes. β moves by the step itself where the chain is not linear in it, or the best lies beyond a bound.
+    /// θ moved by the step, with the β that are best there, because the prediction depends on products of β and θ. β
+    /// moves by the step itself if the reading is not linear in it or the best β is outside its bounds.
     fn moved(&self, at: &Point, step: &DVector<f64>) -> Point {
         let mut next = self.bounded(at).into_iter().zip(step.iter()).map(|((v, (lo, hi)), s)| (v + s).clamp(lo, hi));
         let stepped: Vec<f64> = next.by_ref().take(at.base.len()).collect();
         let mut theta = at.theta.clone();
         theta.iter_mut().flat_map(|each| &mut each.values).zip(next).for_each(|(value, moved)| *value = moved);
         let acting = self.acting_beside(at, &theta);
-        let linear = together(&acting.iter().map(Rc::as_ref).collect::<Vec<_>>()).reading_excess == 0.0;
+        let linear = combined(&acting.iter().map(Rc::as_ref).collect::<Vec<_>>()).reading_excess == 0.0;
         let best = self.best_base(&acting).filter(|(_, outside)| linear && !outside);
         self.point(best.map_or(stepped, |(base, _)| base), theta, acting)
     }
 }
 
-/// Unit diagonal, and the factors that were taken out; parameters that nothing depends on are pinned.
+/// The normal matrix scaled to a unit diagonal, and the scale factors; 0 for parameters without influence.
 fn scaled(normal: &DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>) {
     let p = normal.nrows();
     let scale: Vec<f64> = (0..p).map(|k| normal[(k, k)].sqrt()).map(|s| if s > 1e-150 { s } else { 0.0 }).collect();
@@ -397,7 +405,7 @@ fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> 
     Some(DVector::from_fn(solved.len(), |k, _| per(k, solved[k])))
 }
 
-/// Inverse by the matrix scaled to a unit diagonal; directions that nothing depends on are left out.
+/// Pseudo-inverse, computed from the matrix scaled to a unit diagonal; 0 for parameters without influence.
 pub fn pseudo_inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let p = normal.nrows();
     let (unit, scale) = scaled(normal);
@@ -421,10 +429,10 @@ mod tests {
     use super::*;
     use crate::effects::{State, named};
     use crate::learn::dataset::samples::{Base, Class, UNBOUNDED};
-    use crate::learn::model::starts::{forms, product};
+    use crate::learn::model::starts::{forms, start_values};
     use crate::machine::wear::Lengths;
 
-    /// Cuts of an edge that has grown by two thirds at the end.
+    /// Cuts with an edge coefficient that has grown by two thirds at the end.
     fn worn() -> Data {
         let n = 600;
         let base =
@@ -450,7 +458,7 @@ mod tests {
     #[test]
     fn what_no_sample_shows_is_not_told_by_what_a_lag_leaves_of_it() {
         let mut data = worn();
-        // A run-up of the spindle in samples that do not count; the next ones hold its tail and an error.
+        // A run-up of the spindle in samples without weight; the next samples have its tail and an error.
         data.base.push(Base { name: "run_up".into(), prior: Some((0.0, 1e3)), ..data.base[0].clone() });
         data.columns.push((0..600).map(|i| if i < 10 { 1.0 } else { 0.0 }).collect());
         data.weight[..10].fill(0.0);
@@ -459,7 +467,7 @@ mod tests {
         let lag = FittedEffect { effect: named("sensor-lag").unwrap(), values: vec![0.3], free: vec![true] };
         let found = fit(&data, std::slice::from_ref(&lag), 8).unwrap();
         assert_eq!(found.model.base[2], 0.0);
-        // Where it counts it is told.
+        // With weight on these samples it is determined.
         data.weight[..10].fill(1.0);
         assert!(fit(&data, &[lag], 8).unwrap().model.base[2] != 0.0);
     }
@@ -468,7 +476,7 @@ mod tests {
     fn every_form_of_wear_ends_at_the_growth_that_is_there() {
         let data = worn();
         let wear = named("flank-wear").unwrap();
-        for each in product(wear).iter().flat_map(|values| forms(wear, values)) {
+        for each in start_values(wear).iter().flat_map(|values| forms(wear, values)) {
             let found = fit(&data, std::slice::from_ref(&each), 25).unwrap();
             let [growth, run_in, _, end, ..] = found.model.effects[0].values[..] else { panic!("its stages") };
             assert!((growth - 2.0 / 30.0).abs() < 1e-4, "{:?}: {growth}", each.free);

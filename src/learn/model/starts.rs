@@ -1,10 +1,11 @@
-//! Where the fit of an effect begins: its forms and the values of its parameters. In: effect. Out: [`FittedEffect`]s.
+//! Start values of a fit: the forms of an effect and values of its parameters. In: effect. Out: [`FittedEffect`]s.
 
 use crate::effects::Effect;
 use crate::learn::model::design::FittedEffect;
 
-/// Forms of the effect from these values. A form leaves some of the parameters that have a neutral value there; of what
-/// is looked for those that begin there stay.
+/// Forms of the effect with these start values: those that the effect declares, or every set of its optional parameters
+/// (those with a neutral value) held at neutral. If an instant or region is searched for, optional parameters that
+/// start at neutral stay there.
 pub fn forms(effect: &'static Effect, values: &[f64]) -> Vec<FittedEffect> {
     let stays = |k: usize| effect.is_looked_for() && effect.parameters[k].neutral == Some(values[k]);
     let optional: Vec<usize> =
@@ -28,7 +29,7 @@ pub fn forms(effect: &'static Effect, values: &[f64]) -> Vec<FittedEffect> {
     (0..1usize << optional.len()).map(form).filter(strong).collect()
 }
 
-/// The effect with these parameters fitted and the other optional ones neutral.
+/// The effect with these parameters fitted and the other optional ones at neutral.
 fn fitted_in(effect: &'static Effect, values: &[f64], fitted: &[usize]) -> FittedEffect {
     let neutral = |k: usize| effect.parameters[k].neutral.filter(|_| !fitted.contains(&k));
     FittedEffect {
@@ -38,8 +39,8 @@ fn fitted_in(effect: &'static Effect, values: &[f64], fitted: &[usize]) -> Fitte
     }
 }
 
-/// Every combination of the starting values of its parameters.
-pub fn product(effect: &Effect) -> Vec<Vec<f64>> {
+/// Every combination of the start values of an effect's parameters.
+pub fn start_values(effect: &Effect) -> Vec<Vec<f64>> {
     let mut all = vec![Vec::new()];
     for parameter in effect.parameters {
         all = all

@@ -1,12 +1,14 @@
-//! How well data tell the parameters of a model that misses something. In: data, a fitted model. Out: the covariance of (β, θ).
+//! Covariance of the parameters of a model with correlated errors (cluster-robust or "sandwich" estimate). In: data, a
+//! fitted model. Out: the covariance of (β, θ).
 //!
-//! What a model misses belongs together over stretches ([`Data::block`]), so that neighbouring readings do not count as many. With the
-//! Jacobian J of the predictions, N = JᵀWJ and what priors add, R Rᵀ = N⁻¹, and the scores g_s = Σ_{i in s} wᵢ rᵢ Jᵢ of S stretches, the
-//! covariance is (Liang and Zeger, Biometrika 73, 1986)
+//! Errors of a model are common to stretches ([`Data::block`]), so neighbouring readings are not independent. With the
+//! Jacobian J of the predictions, N = JᵀWJ + prior terms, R Rᵀ = N⁻¹, and the scores g_s = Σ_{i in s} wᵢ rᵢ Jᵢ of S
+//! stretches, the covariance is (Liang and Zeger, Biometrika 73, 1986)
 //!
-//! N⁻¹ Σ_s g_s g_sᵀ N⁻¹ = R M Rᵀ, M = S/(S − 1) Σ_s (Rᵀg_s)(Rᵀg_s)ᵀ.
+//! S/(S − 1) N⁻¹ Σ_s g_s g_sᵀ N⁻¹ = R M Rᵀ, M = S/(S − 1) Σ_s (Rᵀg_s)(Rᵀg_s)ᵀ.
 //!
-//! Were readings independent, each eigenvalue of M would be σ²; no less is taken, which a few stretches may show by chance.
+//! With independent readings each eigenvalue of M would be σ²; smaller ones, by chance in few stretches, are raised to
+//! that.
 
 use std::collections::BTreeMap;
 
@@ -15,10 +17,10 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use crate::learn::dataset::samples::Data;
 use crate::learn::model::fit::{Fitted, jacobian};
 
-/// Directions that the data tell less than this share of the best told one are not told at all.
-const TOLD: f64 = 1e-12;
+/// Least eigenvalue of the scaled normal matrix, over the largest, that counts as determined.
+const LEAST_EIGENVALUE: f64 = 1e-12;
 
-/// See the head of the file.
+/// Covariance of (β, θ); see the head of the file.
 pub fn covariance_of_stretches(data: &Data, fitted: &Fitted) -> DMatrix<f64> {
     let (columns, residual) = (jacobian(data, fitted), fitted.residuals(data));
     let p = columns.len();
@@ -48,13 +50,13 @@ pub fn covariance_of_stretches(data: &Data, fitted: &Fitted) -> DMatrix<f64> {
     &root * &eigen.eigenvectors * at_least * eigen.eigenvectors.transpose() * root.transpose()
 }
 
-/// R with R Rᵀ = N⁻¹; nothing in directions that are not told.
+/// R with R Rᵀ = N⁻¹; 0 in directions that are not determined.
 fn inverse_root(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let p = normal.nrows();
-    // Parameters in units of what N tells of each.
+    // Scaled to a unit diagonal.
     let unit = |k: usize| if normal[(k, k)] > 0.0 { normal[(k, k)].sqrt().recip() } else { 0.0 };
     let eigen = SymmetricEigen::new(DMatrix::from_fn(p, p, |i, j| unit(i) * normal[(i, j)] * unit(j)));
-    let least = TOLD * eigen.eigenvalues.max();
+    let least = LEAST_EIGENVALUE * eigen.eigenvalues.max();
     let roots = eigen.eigenvalues.map(|value| if value > least { value.sqrt().recip() } else { 0.0 });
     DMatrix::from_fn(p, p, |i, j| unit(i) * eigen.eigenvectors[(i, j)] * roots[j])
 }
@@ -67,8 +69,8 @@ mod tests {
     use crate::learn::model::fit::fit;
     use crate::learn::regress::random::Chance;
 
-    /// y = 2 + 3x in 40 stretches of 25 readings; x differs from stretch to stretch. What is off is drawn for each reading, or for each
-    /// stretch.
+    /// y = 2 + 3x in 40 stretches of 25 readings; x differs from stretch to stretch. Errors are independent for each
+    /// reading, or common to a stretch (`together`).
     fn line(together: bool, seed: u64) -> Data {
         let mut chance = Chance::new(seed);
         let n = 1000;
@@ -90,7 +92,7 @@ mod tests {
         }
     }
 
-    /// Standard deviation of the slope over many draws, and its mean standard error.
+    /// Mean standard error of the slope over many draws, and its standard deviation.
     fn told_and_true(together: bool) -> [f64; 2] {
         let found: Vec<[f64; 2]> = (0..200)
             .map(|seed| {

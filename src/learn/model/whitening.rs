@@ -1,16 +1,16 @@
-//! Weights of measured quantities of different units. In: data, a model. Out: the data with weights in units of one
-//! over the variance that the model leaves of each quantity, so that Σ w r² adds watts and newtons.
+//! Common weights for measured quantities of different units. In: data, a model. Out: the data with weights divided by
+//! the residual variance of each quantity, so that watts and newtons can be added in Σ w r².
 
 use crate::learn::dataset::samples::{Base, Data};
 use crate::learn::model::fit::{Fitted, fit};
 
-/// The data weighed by the residual of the base model, as the readings alone have it: no prior takes part.
+/// The data weighted by the residual of the base model, fitted without priors.
 pub fn whitened(data: &Data) -> Option<Data> {
     let base = Data { base: data.base.iter().cloned().map(|b| Base { prior: None, ..b }).collect(), ..data.clone() };
     Some(weighed_by(data, &fit(&base, &[], 0)?))
 }
 
-/// The data weighed by the residual of a model.
+/// The data weighted by the residual of a model.
 pub fn weighed_by(data: &Data, fitted: &Fitted) -> Data {
     let residual = fitted.residuals(data);
     let channels = data.channel.iter().max().map_or(0, |c| c + 1);

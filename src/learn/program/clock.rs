@@ -1,15 +1,15 @@
-//! The program's clock on a machine that accelerates less than declared.
+//! The times of a program on a machine that accelerates less than declared.
 //!
-//! In: timeline, speeds of its spots over declared ones at some factors of the acceleration. Out: when every spot
-//! begins. Between two factors the duration of a spot is taken as linear in 1/factor (a move of length L at v takes L/v
-//! + v/a).
+//! In: timeline, speeds of its spots over the declared ones at some factors of the acceleration. Out: the start of
+//! every spot. Between two factors the duration of a spot is interpolated linearly in 1/factor, since a move of length
+//! L at speed v takes L/v + v/a.
 
 use crate::learn::program::timeline::Timeline;
 
 /// Speed over declared speed of every spot, at a factor of the declared acceleration.
 pub type Slower = (f64, Vec<f64>);
 
-/// When things happen on one machine.
+/// Start times of the spots on one machine.
 #[derive(Debug, Clone)]
 pub struct Clock {
     /// Its acceleration over the declared one.
@@ -39,7 +39,7 @@ impl Clock {
         self.starts[self.starts.len() - 1]
     }
 
-    /// Spot at a time of this clock and the share of it that is over; `None` outside the program.
+    /// Spot at a time of this clock and the elapsed share of it; `None` outside the program.
     pub fn place(&self, time_s: f64) -> Option<(usize, f64)> {
         if !(0.0..=self.total_s()).contains(&time_s) || self.starts.len() < 2 {
             return None;
@@ -54,7 +54,7 @@ impl Clock {
         self.starts[spot] + share * (self.starts[spot + 1] - self.starts[spot])
     }
 
-    /// Time of the declared machine at a time of this clock; NaN outside the program.
+    /// Time on the declared machine at a time of this clock, s; NaN outside the program.
     pub fn declared_s(&self, timeline: &Timeline, time_s: f64) -> f64 {
         self.place(time_s).map_or(f64::NAN, |(k, share)| {
             let spot = &timeline.spots[k];
@@ -63,7 +63,7 @@ impl Clock {
     }
 }
 
-/// Ratios at the factors next to this one and how far it is from the upper to the lower.
+/// Ratios at the next higher and lower factor, and the position between them, 0 … 1.
 fn around(slower: &[Slower], factor: f64) -> (Option<&Vec<f64>>, Option<&Vec<f64>>, f64) {
     let below = slower.partition_point(|(f, _)| *f > factor);
     let Some((low, ratios)) = slower.get(below).or(slower.last()) else { return (None, None, 0.0) };

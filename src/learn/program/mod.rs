@@ -1,6 +1,5 @@
-//! The program over time: what the machine should be doing when, what is cut there, and what would be under another
-//! geometry, runout or acceleration. In: toolpath, engagement, job. Out: [`timeline::Timeline`] and what goes with its
-//! spots.
+//! The program over time: predicted motion and engagement, as declared and with another geometry, runout or
+//! acceleration. In: toolpath, engagement, job. Out: [`timeline::Timeline`] and further data for its spots.
 
 pub mod clock;
 pub mod declared;

@@ -1,14 +1,15 @@
-//! Speed and acceleration along the path at a moment of the program. In: timeline, machine. Out: mm/s, mm/s².
+//! Speed and acceleration along the path at a time of the program. In: timeline, machine. Out: mm/s, mm/s².
 //!
-//! A rapid is one spot: it begins and ends at rest, v = min(a·t, v_max, a·(T − t)) by time, √(2 a s) and √(2 a (L − s))
-//! by the way, with what the axes allow in its direction and no faster than a rapid goes. Along feed moves the speed is
-//! that of the spot, and the acceleration the change to its neighbours over the time between their middles.
+//! A rapid is one spot that begins and ends at rest: v = min(a·t, v_max, a·(T − t)) over time, or min(√(2 a s), v_max,
+//! √(2 a (L − s))) over distance, with the limits of the axes in its direction and the rapid speed. Along feed moves
+//! the speed is that of the spot, and the acceleration the difference of the neighbouring speeds over the time between
+//! their middles.
 
 use crate::learn::program::timeline::{Activity, Spot, Timeline};
 use crate::machine::{Axis, Machine};
 
-/// Speed and acceleration at `time_s` of the spot `index`. `by_way`: the share of the spot's time that is over is the
-/// share of its way, as where samples were placed by their positions.
+/// Speed and acceleration at `time_s` of the spot `index`. `by_way`: the elapsed share of a rapid's time stands for the
+/// share of its length, as for samples placed by their positions.
 pub fn motion(timeline: &Timeline, index: usize, time_s: f64, by_way: bool, machine: &Machine) -> (f64, f64) {
     let spot = &timeline.spots[index];
     match spot.activity {

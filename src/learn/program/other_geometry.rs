@@ -13,19 +13,19 @@ use crate::machine::Job;
 use crate::nc::Toolpath;
 use rayon::prelude::*;
 
-/// Longest spot between two engagements, mm.
+/// Largest spacing of the engagement, mm.
 const SPACING_MM: f64 = 0.5;
 /// By how much each face of the stock is moved outward, mm, and the tool shrunk, to see what that changes. Inward is not the negative
 /// of outward: passes beside the stock meet nothing however far the face is moved in, and something once it is moved out far enough.
 /// Allowances of sawn and cast blanks are some 0.5 … 2 mm a side; judgement.
-const GROWN_MM: [f64; 4] = [0.5, 1.5, -0.5, -1.5];
-const SHRUNK: f64 = 0.04;
+const STOCK_CHANGE_MM: [f64; 4] = [0.5, 1.5, -0.5, -1.5];
+const DIAMETER_CHANGE: f64 = 0.04;
 /// How far the stock is turned where a face is moved by a millimetre, rad: half a millimetre at the ends of a part 100 mm long.
 const TURNED_PER_MM: f64 = 0.01;
 /// Least change that is simulated, mm and rad, and least difference, as a share, from one that was.
 const LEAST_MM: f64 = 0.01;
 const LEAST_RAD: f64 = 1e-4;
-const ANOTHER: f64 = 0.02;
+const LEAST_DIFFERENCE: f64 = 0.02;
 
 /// How the stock and the tool differ from the declared ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,20 +40,20 @@ pub(in crate::learn) struct SizeChanges {
     turn_rad: f64,
     /// Tools larger by, mm of diameter.
     diameter_mm: f64,
-    /// The top is raised on the stock that stands out to the sides, and not on the declared one.
+    /// The top is raised on stock with changed sides, not on the declared one.
     top_over_side: bool,
 }
 
 impl SizeChanges {
     /// The first of the usual ones.
     pub(in crate::learn) fn usual(job: &Job) -> Self {
-        Self::by(job, GROWN_MM[0])
+        Self::by(job, STOCK_CHANGE_MM[0])
     }
 
     /// Every face moved outward by this, mm, and smaller tools.
     fn by(job: &Job, grown_mm: f64) -> Self {
         let diameters: Vec<f64> = job.tools.iter().map(|t| t.diameter_mm).collect();
-        let diameter_mm = -SHRUNK * crate::learn::regress::statistics::median(&diameters);
+        let diameter_mm = -DIAMETER_CHANGE * crate::learn::regress::statistics::median(&diameters);
         Self {
             top_mm: grown_mm,
             side_mm: grown_mm,
@@ -64,7 +64,7 @@ impl SizeChanges {
         }
     }
 
-    /// Those that `changes` say together, usual ones for the rest; `None` where they say none.
+    /// Sums of these changes, typical sizes for those that are 0; `None` if all are.
     pub(in crate::learn) fn found(job: &Job, changes: &[Change]) -> Option<Self> {
         let beyond = |least: f64, of: &dyn Fn(&Change) -> f64| {
             Some(changes.iter().map(of).sum::<f64>()).filter(|v| v.abs() >= least)
@@ -79,16 +79,16 @@ impl SizeChanges {
         Some(Self {
             top_mm: top.unwrap_or(usual.top_mm),
             side_mm: side.unwrap_or(usual.side_mm),
-            faces_mm: faces.map(|face| face.unwrap_or(GROWN_MM[0])),
+            faces_mm: faces.map(|face| face.unwrap_or(STOCK_CHANGE_MM[0])),
             turn_rad: turn.unwrap_or(usual.turn_rad),
             diameter_mm: diameter.unwrap_or(usual.diameter_mm),
             top_over_side: top.is_some() && side.is_some(),
         })
     }
 
-    /// Are these so near to the others that nothing new would be seen?
+    /// Are these sizes so close to the others that another simulation is not needed?
     pub(in crate::learn) fn is_near(&self, other: &Self) -> bool {
-        let near = |a: f64, b: f64| (a - b).abs() <= ANOTHER * b.abs();
+        let near = |a: f64, b: f64| (a - b).abs() <= LEAST_DIFFERENCE * b.abs();
         near(self.top_mm, other.top_mm)
             && near(self.side_mm, other.side_mm)
             && self.faces_mm.iter().zip(&other.faces_mm).all(|(a, b)| near(*a, *b))
@@ -107,7 +107,7 @@ pub(in crate::learn) fn usual_geometries(
     loader: Option<Loader>,
 ) -> Vec<OtherGeometry> {
     let mut all: Vec<OtherGeometry> = Vec::new();
-    for grown_mm in GROWN_MM {
+    for grown_mm in STOCK_CHANGE_MM {
         let others = other_geometries(path, timeline, job, SizeChanges::by(job, grown_mm), forces, loader);
         let is_new = |other: &OtherGeometry| !all.iter().any(|known| known.is_same(other));
         let new: Vec<OtherGeometry> = others.into_iter().filter(is_new).collect();
@@ -179,7 +179,7 @@ pub(in crate::learn) fn other_geometries(
     others
 }
 
-/// How engagement is worked out for a log.
+/// Options of the engagement for a log.
 pub(in crate::learn) fn options(loader: Option<Loader<'_>>) -> Options<'_> {
     Options { spacing_mm: SPACING_MM, loader, ..Options::default() }
 }

@@ -1,14 +1,14 @@
-//! Runouts at which the change of the loads is taken, and between which it is interpolated.
+//! Grid of runouts at which changes of the loads are computed, with interpolation between them.
 //!
-//! In: an offset of the axis and the way it points. Out: the share of each runout of the grid in it. A wide grid knows
-//! all ways that it may point, from no runout on or about an offset that was found; a narrow one only those about a
-//! known runout, so that nothing is interpolated over a tooth that begins to miss the cut.
+//! In: offset of the axis and its direction (phase). Out: interpolation weight of each runout of the grid. A wide grid
+//! has all directions, with offsets from 0 on or about an offset found; a narrow one surrounds a known runout closely,
+//! so that it does not interpolate across a runout at which a tooth begins to miss the cut.
 
-/// How many offsets of the axis are looked at, and how many ways that each of them points.
+/// Number of offsets of the axis, and of directions for each.
 pub const RUNOUT_GRID: [usize; 2] = [2, 8];
 
-/// Under each of these runouts: change of the derivatives of the peak force by k_tc, k_rc, k_te, k_re, and relative
-/// change of what the edges take of the power.
+/// For each runout of the grid: changes of the derivatives of the peak force by k_tc, k_rc, k_te, k_re, and relative
+/// change of the edge term of the power.
 pub type Runouts = [[[f64; 5]; RUNOUT_GRID[1]]; RUNOUT_GRID[0]];
 
 /// A grid of runouts; see the head of the file.
@@ -16,17 +16,17 @@ pub type Runouts = [[[f64; 5]; RUNOUT_GRID[1]]; RUNOUT_GRID[0]];
 pub struct RunoutGrid {
     /// Offsets of the axis, mm, rising.
     pub offsets_mm: [f64; RUNOUT_GRID[0]],
-    /// Ways that it points, in pitches of the teeth, rising.
+    /// Directions, in pitches of the teeth, rising.
     phases: [f64; RUNOUT_GRID[1]],
-    /// How many of them there are.
+    /// Number of directions in use.
     pub ways: usize,
-    /// Does it begin with no runout?
+    /// Is it interpolated from no runout to the first offset?
     from_none: bool,
 }
 
-/// All ways that a runout may point, pitches.
+/// All directions, pitches.
 const ROUND: [f64; RUNOUT_GRID[1]] = [0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
-/// Offsets about a known one, over it, and ways about a known one, pitches.
+/// Offsets about a known one, as factors on it, and directions about a known one, pitches.
 const NEAR: [f64; RUNOUT_GRID[0]] = [0.9, 1.1];
 const BESIDE: [f64; 2] = [-0.04, 0.04];
 
@@ -37,12 +37,12 @@ impl Default for RunoutGrid {
 }
 
 impl RunoutGrid {
-    /// About a known offset, all ways.
+    /// A wide grid about a known offset.
     pub fn about_offset(offset_mm: f64) -> Self {
         Self { offsets_mm: NEAR.map(|n| n * offset_mm), from_none: false, ..Self::default() }
     }
 
-    /// About a known runout, with this reach: 1 is a tenth of the offset and [`BESIDE`] to either side.
+    /// A narrow grid about a known runout. `reach` 1: a tenth of the offset and [`BESIDE`] to either side.
     pub fn about([offset_mm, phase]: [f64; 2], reach: f64) -> Self {
         let [one, other] = BESIDE.map(|b| phase + reach * b);
         Self {
@@ -53,12 +53,12 @@ impl RunoutGrid {
         }
     }
 
-    /// Ways that it points, in pitches of the teeth, rising.
+    /// Directions, in pitches of the teeth, rising.
     pub fn phases(&self) -> &[f64] {
         &self.phases[..self.ways]
     }
 
-    /// Does it know one runout and its neighbours only?
+    /// Is it a narrow grid?
     pub fn is_narrow(&self) -> bool {
         self.ways < RUNOUT_GRID[1]
     }
@@ -69,7 +69,7 @@ impl RunoutGrid {
         [middle(&self.offsets_mm), middle(self.phases())]
     }
 
-    /// Share of one of its runouts in another one.
+    /// Interpolation weight of one of its runouts for another runout.
     pub fn share(&self, offset_mm: f64, phase: f64, offset: usize, way: usize) -> f64 {
         let of_offset = share(offset_mm, &self.offsets_mm, offset, self.from_none);
         if self.is_narrow() {
@@ -83,8 +83,8 @@ impl RunoutGrid {
     }
 }
 
-/// Share of the `k`-th of rising places in a value between them: linear between neighbours, from nothing at 0 before
-/// the first if `from_zero`, and on beyond the last two.
+/// Interpolation weight of the `k`-th of rising nodes: linear between neighbours, extrapolated beyond the outer ones;
+/// below the first from 0 at 0, if `from_zero`.
 fn share(value: f64, places: &[f64], k: usize, from_zero: bool) -> f64 {
     if from_zero && value <= places[0] {
         return if k == 0 { value / places[0] } else { 0.0 };

@@ -1,5 +1,6 @@
-//! A program as a log is compared with it: simulated as declared, with each geometry that an effect may ask for, and
-//! timed on slower machines. In: program, job. Out: [`SimulatedProgram`], and [`ProgramView`], what the rooms below look at.
+//! A simulated program for comparison with a log: engagement as declared and with each other geometry that an effect
+//! may need, and times on slower machines. In: program, job. Out: [`SimulatedProgram`], and its view for the rooms
+//! below, [`ProgramView`].
 
 use crate::engage::{EngageError, EngagementMap, Loader, engage};
 use crate::learn::log::resultant::Sample;
@@ -10,24 +11,24 @@ use crate::learn::program::variant::OtherGeometry;
 use crate::machine::Job;
 use crate::nc::{Environment, Toolpath, interpret, parse, unit};
 
-/// Accelerations tried, over the declared one.
+/// Accelerations that are tried, over the declared one.
 const SLOWER: [f64; 14] = [0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.09, 0.06, 0.045, 0.03, 0.02, 0.015, 0.01, 0.007];
 
-/// Everything that is known of the spots.
+/// What the rooms below need of a simulated program.
 pub struct ProgramView<'a> {
     /// The job.
     pub job: &'a Job,
-    /// The program in time.
+    /// The program over time.
     pub timeline: &'a Timeline,
     /// Other geometries.
     pub others: Vec<OtherGeometry>,
     /// Speed over declared speed on slower machines, spot by spot: (factor, ratios).
     pub slower: Vec<(f64, Vec<f64>)>,
-    /// Runouts under which the forces of the spots were worked out.
+    /// Runouts for which the forces of the spots were computed.
     pub runouts: RunoutGrid,
 }
 
-/// What belongs to a program and a job, whatever the log says.
+/// A program simulated for a job, independent of any log.
 pub struct SimulatedProgram {
     pub(in crate::learn) path: Toolpath,
     pub(in crate::learn) map: EngagementMap,
@@ -37,13 +38,13 @@ pub struct SimulatedProgram {
     pub(in crate::learn) forces: Option<Sample>,
 }
 
-/// Simulates the program as declared and with each geometry that an effect may ask for, in stock without files.
+/// Simulates the program as declared and with each other geometry, without stock from files.
 #[cfg(feature = "rooms")]
 pub fn simulate(program: &[u8], job: &Job, with_forces: bool) -> Result<SimulatedProgram, EngageError> {
     simulate_for(program, job, with_forces.then(Sample::default), None)
 }
 
-/// The same, for forces that are sampled so (`None`: no forces are measured), and with what reads the files of stock.
+/// The same, for forces sampled in this way (`None`: no forces are measured), with a loader for stock files.
 pub fn simulate_for(
     program: &[u8],
     job: &Job,
@@ -64,7 +65,7 @@ impl SimulatedProgram {
     pub fn toolpath(&self) -> &Toolpath {
         &self.path
     }
-    /// Everything that is known of its spots.
+    /// View of the program as declared.
     pub fn known<'a>(&'a self, job: &'a Job) -> ProgramView<'a> {
         self.known_at(job, &self.timeline, RunoutGrid::default())
     }
@@ -76,7 +77,7 @@ impl SimulatedProgram {
     ) -> ProgramView<'a> {
         ProgramView { job, timeline, others: self.others.clone(), slower: self.slower.clone(), runouts }
     }
-    /// Its spots in time.
+    /// Its spots over time.
     pub fn timeline(&self) -> &Timeline {
         &self.timeline
     }

@@ -1,11 +1,11 @@
-//! What the machine should be doing when: the program as a list of spots (pieces of moves, dwells, tool changes,
-//! run-ups) with their predicted times and engagement.
+//! The program as a list of spots (pieces of moves, dwells, tool changes, run-ups) with their predicted times and
+//! engagement.
 //!
-//! In: toolpath, engagement map, job. Out: [`Timeline`]. Every station of the engagement map is a spot, or several
-//! where it is long; its speed comes from the realised-time model of [`crate::schedule`], asked about the same path
-//! with moves cut at the stations. Geometry of a spot: removed section a_p·a_e (mm²), area swept by all edges in a
-//! revolution (mm²), share of it in the up half minus the climb half. The arcs of a station belong to its most engaged
-//! point; they are scaled to its mean section.
+//! In: toolpath, engagement map, job. Out: [`Timeline`]. Every station of the engagement map is a spot, or several if
+//! it is long; its speed comes from the model of realised times in [`crate::schedule`], applied to the path with moves
+//! split at the stations. Geometry of a spot: removal area a_p·a_e (mm²), area swept by all edges in a revolution
+//! (mm²), share of that in the up half minus the climb half. The arcs of a station are the union of those engaged
+//! anywhere along it; they are scaled to its mean removal area.
 
 use crate::engage::{EngagementMap, Station};
 use crate::force::contact::Engaged;
@@ -20,7 +20,7 @@ use crate::schedule::realise::{as_programmed, realise};
 
 /// Longest spot of a feed move, mm.
 const LONGEST_MM: f64 = 1.0;
-/// Spots are longer where there would be more than this many.
+/// Most spots of feed moves: beyond this number they are made longer.
 const MOST_SPOTS: f64 = 40_000.0;
 
 /// What happens in a spot.
@@ -41,11 +41,11 @@ pub enum Activity {
 /// One piece of the program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// When it should begin, s.
+    /// Predicted start, s.
     pub start_s: f64,
-    /// When it should end, s.
+    /// Predicted end, s.
     pub end_s: f64,
-    /// What happens.
+    /// Activity.
     pub activity: Activity,
     /// Its move.
     pub move_id: Option<MoveId>,
@@ -69,7 +69,7 @@ pub struct Spot {
     pub length_mm: f64,
     /// Curvature of the path, 1/mm.
     pub curvature_per_mm: f64,
-    /// What is cut.
+    /// Engagement.
     pub engaged: Engaged,
 }
 
@@ -80,12 +80,12 @@ impl Spot {
     }
 }
 
-/// The program in time.
+/// The program over time.
 #[derive(Debug, Clone, Default)]
 pub struct Timeline {
     /// Spots in order.
     pub spots: Vec<Spot>,
-    /// Changes of their forces by runout; empty where no forces are measured.
+    /// Changes of their forces by runout; empty if no forces are measured.
     pub runouts: Vec<Runouts>,
 }
 
@@ -150,7 +150,7 @@ fn piece_seconds(path: &Toolpath, machine: &Machine) -> Vec<f64> {
     realise(path, &as_programmed(path), machine).move_s
 }
 
-/// The toolpath with its moves cut at the stations.
+/// The toolpath with its moves split at the stations.
 struct Pieces {
     path: Toolpath,
     /// (move, station) of each piece.
@@ -289,7 +289,7 @@ impl Build<'_> {
     }
 }
 
-/// Engagement of every spot under another job (grown stock, other tool), simulated as `map`.
+/// Engagement of every spot with another job (larger stock, other tool), simulated as `map`.
 pub fn engaged_otherwise(
     path: &Toolpath,
     map: &EngagementMap,
@@ -317,7 +317,7 @@ fn engaged<'a>(
 }
 
 impl Timeline {
-    /// The same with the changes by runout taken about a known one and with known coefficients.
+    /// The same with changes by runout linearised about a known runout and known coefficients.
     pub(in crate::learn) fn with_runouts(
         &self,
         path: &Toolpath,

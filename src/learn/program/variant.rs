@@ -1,17 +1,17 @@
-//! What may differ from the setup so that the columns of the data change: stock that stands out, the tool's diameter or its runout, the
-//! curvature of the path, a measuring chain that lags. Data have one more set of columns for each that is asked for.
+//! Differences from the setup that change the columns of the data: larger stock, tool diameter, runout, curvature of
+//! the path, a lag of the measuring chain. Data have an additional set of columns for each.
 
 use crate::effects::Geometry;
 use crate::force::contact::Engaged;
 
-/// How the columns change when something other than a coefficient changes.
+/// A change of the columns by something other than a coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variant {
-    /// Per mm that the top of the stock stands higher.
+    /// Per mm by which the top of the stock is higher.
     StockTop,
-    /// Per mm that the sides of the stock stand out.
+    /// Per mm by which all sides of the stock stand proud.
     StockSide,
-    /// Per mm that one side of the stock stands out: −x, +x, −y, +y.
+    /// Per mm by which one side of the stock stands proud: −x, +x, −y, +y.
     StockFace(usize),
     /// Per rad that the stock is turned.
     StockTurn,
@@ -19,19 +19,19 @@ pub enum Variant {
     Diameter,
     /// With the curvature of the path, minus without.
     Curved,
-    /// Under one of [`super::runout_grid::RunoutGrid`]: which offset, and which way it points.
+    /// With one runout of [`super::runout_grid::RunoutGrid`], minus without.
     Runout {
         /// Index into the offsets.
         offset: usize,
         /// Index into the phases.
         phase: usize,
     },
-    /// Mean since the reading before, minus at the reading: what a chain with a lag is fed with.
+    /// Mean since the reading before, minus value at the reading: the input of a measuring chain with a lag.
     OverSpan,
 }
 
 impl Variant {
-    /// The variant that shows a change of the geometry.
+    /// The variant whose columns show a change of the geometry.
     pub fn of(geometry: Geometry) -> Self {
         match geometry {
             Geometry::StockTop => Variant::StockTop,
@@ -43,16 +43,16 @@ impl Variant {
     }
 }
 
-/// The engagement of the spots under another geometry.
+/// The engagement of the spots with another geometry.
 #[derive(Debug, Clone)]
 pub struct OtherGeometry {
-    /// Which.
+    /// What is changed.
     pub variant: Variant,
     /// Size of the change, mm (rad of a turn).
     pub size: f64,
     /// Engagement, spot by spot.
     pub engaged: Vec<Engaged>,
-    /// The other one that it is changed from; `None`: the declared one.
+    /// Index of the other geometry that is changed; `None`: the declared one.
     pub over: Option<usize>,
 }
 

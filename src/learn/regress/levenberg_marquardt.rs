@@ -1,6 +1,6 @@
-//! Nonlinear least squares: in residuals r(x) and variables with bounds; out x that minimises Σ r², its covariance, and
-//! how well the data tell the variables apart. Levenberg–Marquardt with the Jacobian by differences of stated step:
-//! (JᵀJ + λ diag JᵀJ) Δ = −Jᵀr, λ falling on success and rising on failure; steps are clipped to the bounds.
+//! Nonlinear least squares. In: residuals r(x), variables with bounds. Out: x that minimises Σ r², its covariance, and
+//! the condition number. Levenberg–Marquardt (Marquardt 1963) with the Jacobian J by differences of stated step: (JᵀJ +
+//! λ diag JᵀJ) Δ = −Jᵀr, λ falling on success and rising on failure; x is clamped to its bounds after each step.
 
 use crate::learn::regress::linear::least_squares;
 use nalgebra::{DMatrix, DVector};
@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 /// A variable of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variable {
-    /// Where the search begins.
+    /// Start value.
     pub start: f64,
     /// Step of the differences.
     pub step: f64,
@@ -18,14 +18,14 @@ pub struct Variable {
     pub high: f64,
 }
 
-/// What was found.
+/// The result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// The variables.
     pub x: Vec<f64>,
     /// Residuals there.
     pub residuals: Vec<f64>,
-    /// Covariance of x from the spread of the residuals.
+    /// Covariance of x from the residual variance.
     pub covariance: Vec<Vec<f64>>,
     /// Condition number of the scaled Jacobian.
     pub condition: f64,
@@ -51,7 +51,7 @@ impl Solution {
     }
 }
 
-/// Searches from the start of each variable, at most `rounds` steps. `None` when a residual is no number.
+/// Searches from the start values, at most `rounds` steps. `None` if a residual is NaN.
 pub fn levenberg_marquardt(
     variables: &[Variable],
     rounds: usize,

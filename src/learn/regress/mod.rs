@@ -1,4 +1,4 @@
-//! Numbers without a meaning of their own: least squares, linear and not, medians, and random numbers.
+//! Numerical tools: least squares, linear and nonlinear, medians, random numbers.
 
 pub mod levenberg_marquardt;
 pub mod linear;

@@ -1,4 +1,5 @@
-//! Numbers for permutation tests: SplitMix64, the same on every machine for the same seed.
+//! Random numbers for permutation tests: SplitMix64 (Steele, Lea and Flood 2014), the same on every machine for the
+//! same seed.
 
 /// State of the generator.
 #[derive(Debug, Clone)]
@@ -21,7 +22,7 @@ impl Chance {
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
-    /// A random order of the elements.
+    /// Shuffles the elements (Fisher and Yates).
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for i in (1..items.len()).rev() {
             items.swap(i, (self.bits() % (i as u64 + 1)) as usize);

@@ -1,6 +1,6 @@
-//! Numbers that stand for many: median, spread, sum of products, correlation. In: values. Out: one number.
+//! Statistics of samples: median, scale, dot product, correlation. In: values. Out: one number.
 
-/// Standard deviation from the median absolute value (normal consistent).
+/// 1.4826 times the median absolute value: the standard deviation if the residuals are normal.
 pub fn scale_of(residuals: &[f64]) -> f64 {
     let magnitudes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
     1.4826 * median(&magnitudes)
@@ -17,7 +17,7 @@ pub fn median(values: &[f64]) -> f64 {
     }
 }
 
-/// Σ aᵢ bᵢ over as many as both have, in eight sums that a processor adds at once.
+/// Σ aᵢ bᵢ over the shorter length, in eight partial sums so that the compiler vectorises it.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len().min(b.len());
     let (a, b) = (a[..n].chunks_exact(8), b[..n].chunks_exact(8));
@@ -36,7 +36,7 @@ pub fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Correlation of pairs; 0 where either does not vary.
+/// Pearson correlation of pairs; 0 if either does not vary.
 pub fn correlation(pairs: &[(f64, f64)]) -> f64 {
     let n = pairs.len().max(1) as f64;
     let (mx, my) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);

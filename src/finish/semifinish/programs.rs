@@ -1,10 +1,10 @@
-//! Both programs simulated as one. In: the semi-finish as it came or with offsets. Out: for each stretch of the finishing path its
-//! loads, and what of the semi-finish it meets.
+//! Simulation of both programs as one. In: the semi-finish, original or with offsets; the finish. Out: for each stretch
+//! of the finishing path its loads, and the stock of the semi-finish that it meets.
 
 use super::centres::Centres;
 use super::knots::Knots;
 use super::linked::linked;
-use super::met::{Left, Met, Sample, Stand, met};
+use super::met_stock::{MetStock, Sample, SemiSurface, ToolPlace, met};
 use super::task::{SemifinishError, Task};
 use crate::engage::workpiece::shift;
 use crate::engage::{Again, EngagementMap, Station};
@@ -17,26 +17,26 @@ use crate::schedule::as_programmed;
 use crate::schedule::cutters::Cutters;
 use rayon::prelude::*;
 
-/// Longest stretch of the finishing path that one force stands for, mm.
+/// Longest stretch of the finishing path with one force, mm.
 const STRETCH_MM: f64 = 2.0;
 
-/// What stays the same from round to round.
-pub(super) struct Bench<'a> {
+/// Both programs with their tools and knots; the same in all rounds.
+pub(super) struct Programs<'a> {
     pub task: &'a Task<'a>,
     pub semi_tool: &'a Tool,
     pub finish_tool: &'a Tool,
     pub knots: Knots,
 }
 
-/// A look at both programs.
-pub(super) struct Look {
+/// A simulation of both programs.
+pub(super) struct Simulated {
     pub map: EngagementMap,
     pub toolpath: Toolpath,
     pub first: usize,
     made_of: Vec<(u32, [f64; 2])>,
 }
 
-impl<'a> Bench<'a> {
+impl<'a> Programs<'a> {
     pub(super) fn new(task: &'a Task<'a>) -> Result<Self, SemifinishError> {
         let semi_tool = ball("semi-finishing", task.semi, task.job)?;
         let finish_tool = ball("finishing", task.finish, task.job)?;
@@ -50,19 +50,19 @@ impl<'a> Bench<'a> {
         Ok(Self { task, semi_tool, finish_tool, knots: Knots::new(task.semi, &movable) })
     }
 
-    /// Simulates both with these offsets of the knots. What the semi-finish itself meets is asked for once: after that it has the
-    /// stations of the look at the programs as they came, and only clears what it clears.
-    pub(super) fn look(&self, offsets: &[Vec3], base: Option<&Look>) -> Result<Look, SemifinishError> {
+    /// Simulates both with these offsets of the knots. The engagement of the semi-finish itself is computed once: with
+    /// `base`, the simulation of the original programs, its stations are reused and it only removes stock.
+    pub(super) fn simulated(&self, offsets: &[Vec3], base: Option<&Simulated>) -> Result<Simulated, SemifinishError> {
         let (semi, made_of) = self.moved(offsets);
         let both = linked(semi, self.task.finish);
         let mut of_move: Vec<Option<MoveId>> = made_of.iter().map(|(of, _)| Some(MoveId(*of))).collect();
         of_move.resize(both.toolpath.moves.len(), None);
         let again = base.map(|base| Again { known: &base.map, of_move: &of_move });
         let map = (self.task.simulate)(&both.toolpath, again)?;
-        Ok(Look { map, toolpath: both.toolpath, first: both.first, made_of })
+        Ok(Simulated { map, toolpath: both.toolpath, first: both.first, made_of })
     }
 
-    /// The semi-finish with offsets, and of each of its moves the move it is made of and the part of it.
+    /// The semi-finish with offsets; for each of its moves the original move and the part of it, mm.
     fn moved(&self, offsets: &[Vec3]) -> (Toolpath, Vec<(u32, [f64; 2])>) {
         let semi = self.task.semi;
         let (mut moves, mut made_of, mut first) = (Vec::with_capacity(semi.moves.len()), Vec::new(), Vec::new());
@@ -90,9 +90,9 @@ impl<'a> Bench<'a> {
     }
 
     /// The stretches of the finishing path that cut.
-    pub(super) fn samples(&self, look: &Look) -> Vec<Sample> {
+    pub(super) fn samples(&self, simulated: &Simulated) -> Vec<Sample> {
         let mut samples: Vec<Sample> = Vec::new();
-        // Way since the tool last was in the air; and where, among the samples, the current cut began.
+        // Path since the tool was last in air, mm, and the first sample of the current cut.
         let (mut way, mut begin) = (0.0, 0);
         let contact_mm = self.contact_mm();
         let close = |samples: &mut [Sample]| {
@@ -108,7 +108,7 @@ impl<'a> Bench<'a> {
                 (way, begin) = (0.0, samples.len());
                 continue;
             }
-            for station in look.stations(index as u32) {
+            for station in simulated.stations(index as u32) {
                 if station.arc_count == 0 {
                     close(&mut samples[begin..]);
                     (way, begin) = (0.0, samples.len());
@@ -134,78 +134,87 @@ impl<'a> Bench<'a> {
         self.task.finish.moves.iter().filter(cuts).map(|motion| motion.curve().length()).sum()
     }
 
-    /// How far from the middle of the ball it may be in contact: half the chord that the thickest layer cuts off it, mm.
+    /// Largest distance of the contact from the middle of the ball, mm: half the chord cut off by the largest stock.
     fn contact_mm(&self) -> f64 {
         let (radius, most) = (self.finish_tool.radius_mm(), self.task.wanted.stock_mm[1]);
         (radius * radius - (radius - most.min(radius)).powi(2)).sqrt()
     }
 
-    /// Loads at the samples; none where nothing is cut.
-    pub(super) fn loads(look: &Look, job: &Job, samples: &[Sample]) -> Vec<Loads> {
-        let cutters = Cutters::new(&look.toolpath, &look.map, job, &as_programmed(&look.toolpath));
+    /// Loads of the samples; 0 where nothing is cut.
+    pub(super) fn loads(simulated: &Simulated, job: &Job, samples: &[Sample]) -> Vec<Loads> {
+        let cutters = Cutters::new(&simulated.toolpath, &simulated.map, job, &as_programmed(&simulated.toolpath));
         let of = |sample: &Sample| {
-            let id = MoveId(look.first as u32 + sample.of);
-            let motion = &look.toolpath.moves[id.ix()];
-            let station = look.station(sample).filter(|station| station.arc_count > 0);
+            let id = MoveId(simulated.first as u32 + sample.of);
+            let motion = &simulated.toolpath.moves[id.ix()];
+            let station = simulated.station(sample).filter(|station| station.arc_count > 0);
             let cutter = cutters.of(id).filter(|_| motion.feed.mm_s > 0.0);
             let both = station.zip(cutter);
-            both.map(|(station, cutter)| cutter.loads(&cutters.cut(&look.map, motion, station), motion.feed.mm_s))
+            both.map(|(station, cutter)| cutter.loads(&cutters.cut(&simulated.map, motion, station), motion.feed.mm_s))
                 .unwrap_or_default()
         };
         samples.par_iter().map(of).collect()
     }
 
     /// Can forces of the finish be predicted?
-    pub(super) fn has_force(&self, look: &Look, samples: &[Sample]) -> bool {
-        let cutters = Cutters::new(&look.toolpath, &look.map, self.task.job, &as_programmed(&look.toolpath));
-        samples.iter().any(|sample| cutters.of(MoveId(look.first as u32 + sample.of)).is_some())
+    pub(super) fn has_force(&self, simulated: &Simulated, samples: &[Sample]) -> bool {
+        let cutters =
+            Cutters::new(&simulated.toolpath, &simulated.map, self.task.job, &as_programmed(&simulated.toolpath));
+        samples.iter().any(|sample| cutters.of(MoveId(simulated.first as u32 + sample.of)).is_some())
     }
 
-    /// What the samples meet.
-    pub(super) fn met(&self, look: &Look, samples: &[Sample]) -> Vec<Met> {
+    /// The stock that the samples meet.
+    pub(super) fn met(&self, simulated: &Simulated, samples: &[Sample]) -> Vec<MetStock> {
         let tool = self.semi_tool;
-        let semi = &look.toolpath.moves[..look.first];
-        let centres = self.semi_centres(look);
+        let semi = &simulated.toolpath.moves[..simulated.first];
+        let centres = self.semi_centres(simulated);
         let lengths_mm: Vec<f64> = semi.iter().map(|motion| motion.curve().length()).collect();
-        let left = Left {
+        let left = SemiSurface {
             centres: &centres,
             radius_mm: tool.radius_mm(),
-            made_of: &look.made_of,
+            made_of: &simulated.made_of,
             lengths_mm: &lengths_mm,
             knots: &self.knots,
         };
-        let stands = self.stands(look, samples);
-        let stations: Vec<Option<(&Station, Stand)>> = samples
+        let tool_places = self.tool_places(simulated, samples);
+        let stations: Vec<Option<(&Station, ToolPlace)>> = samples
             .iter()
-            .zip(stands)
-            .map(|(sample, stand)| look.station(sample).filter(|station| station.arc_count > 0).map(|s| (s, stand)))
+            .zip(tool_places)
+            .map(|(sample, stand)| {
+                simulated.station(sample).filter(|station| station.arc_count > 0).map(|s| (s, stand))
+            })
             .collect();
-        met(&stations, &look.map, look.map.slices_of(self.finish_tool.number), self.finish_tool.radius_mm(), &left)
+        met(
+            &stations,
+            &simulated.map,
+            simulated.map.slices_of(self.finish_tool.number),
+            self.finish_tool.radius_mm(),
+            &left,
+        )
     }
 
-    /// Tip and heading at the samples; a vertical move keeps the heading before it.
-    pub(super) fn stands(&self, look: &Look, samples: &[Sample]) -> Vec<Stand> {
+    /// Tip and heading at the samples; a vertical move has the heading of the one before.
+    pub(super) fn tool_places(&self, simulated: &Simulated, samples: &[Sample]) -> Vec<ToolPlace> {
         let mut dir = [1.0, 0.0];
         let stand = |sample: &Sample| {
-            let motion = &look.toolpath.moves[look.first + sample.of as usize];
+            let motion = &simulated.toolpath.moves[simulated.first + sample.of as usize];
             let curve = motion.curve();
             let along = curve.tangent(sample.s_mm);
             let level = along.x.hypot(along.y);
             if level > 1e-9 {
                 dir = [along.x / level, along.y / level];
             }
-            Stand { tip: curve.point(sample.s_mm) + shift(self.task.job, &look.toolpath, motion.wcs), dir }
+            ToolPlace { tip: curve.point(sample.s_mm) + shift(self.task.job, &simulated.toolpath, motion.wcs), dir }
         };
         samples.iter().map(stand).collect()
     }
 
     /// The path of the centre of the semi-finishing ball.
-    pub(super) fn semi_centres(&self, look: &Look) -> Centres {
+    pub(super) fn semi_centres(&self, simulated: &Simulated) -> Centres {
         let number = self.semi_tool.number;
         let cuts = |motion: &Move| motion.kind == MoveKind::Feed && motion.tool == number;
-        let moves = look.toolpath.moves[..look.first].iter().enumerate().filter(|(_, motion)| cuts(motion));
+        let moves = simulated.toolpath.moves[..simulated.first].iter().enumerate().filter(|(_, motion)| cuts(motion));
         let curves = moves.map(|(index, motion)| {
-            (index as u32, shifted(&motion.curve(), shift(self.task.job, &look.toolpath, motion.wcs)))
+            (index as u32, shifted(&motion.curve(), shift(self.task.job, &simulated.toolpath, motion.wcs)))
         });
         Centres::new(curves, self.semi_tool.radius_mm())
     }
@@ -222,7 +231,7 @@ impl<'a> Bench<'a> {
     }
 }
 
-impl Look {
+impl Simulated {
     /// Stations of a move of the finish.
     fn stations(&self, of: u32) -> &[Station] {
         self.map.stations_of(MoveId(self.first as u32 + of))

@@ -1,14 +1,14 @@
-//! What varying passes are compared with. In: columns, a plan of varying step-over. Out: the least time of passes, and the best plan of
-//! a constant step-over.
+//! Comparisons for passes of varying step-over. In: columns, their plan. Out: lower bounds of the time, and the best
+//! plan of a constant step-over.
 
-use super::least::{headings, least_s};
+use super::least_time::{headings, least_s};
 use super::passes::{self, Columns, Constant, Plan, Wish};
 use super::reach::{Place, Terrain};
 use std::f64::consts::PI;
 
-/// Headings that the least time is sought among: within what passes may turn, and all around.
+/// Number of headings within the allowed slope for the lower bound.
 const FAN: usize = 5;
-/// As above.
+/// Number of headings all round.
 const ROUND: usize = 8;
 
 /// Least time of any passes, s.
@@ -16,14 +16,14 @@ pub fn least_of_any_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
     least_s(terrain, places, wish, &headings(PI, ROUND))
 }
 
-/// Least time of passes that turn no further than these may, s.
+/// Least time of passes within the allowed slope, s.
 pub fn least_alike_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
     least_s(terrain, places, wish, &headings(wish.turn.atan(), if wish.turn > 0.0 { FAN } else { 1 }))
 }
 
-/// The best plan of one step-over and one feed that keep force and scallop wherever the varying plan looked, but for places where not
-/// even the least step-over keeps the force, which that plan does not keep either. The step-over is measured from above or along the
-/// surface, whichever takes less time.
+/// The best plan of one step-over and one feed that keep force and scallop at all places of the varying plan, except
+/// where even the least step-over exceeds the force. The step-over is measured from above or along the surface,
+/// whichever is faster.
 pub fn constant(terrain: &Terrain, columns: &Columns, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
     let best = |way: usize| {
         let rate = |k: &usize| wish.feeds_mm_s[*k] * varying.everywhere_mm[*k][way];

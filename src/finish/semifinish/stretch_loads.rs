@@ -1,45 +1,45 @@
-//! What each stretch of the finishing path meets with the stock that was chosen. In: a simulation, the stock at the unknowns. Out:
-//! loads, stock and whether a bound holds there; and whether the reference can be reached at all.
+//! Loads of each stretch of the finishing path with the chosen stock. In: a simulation, the stock at the unknowns. Out:
+//! loads, stock and whether a bound is active there; whether the reference force can be reached at all.
 
-use super::bench::{Bench, Look};
-use super::met::{Met, Sample};
+use super::met_stock::{MetStock, Sample};
+use super::programs::{Programs, Simulated};
 use super::unknowns::{FREE, Unknowns};
 use crate::force::Loads;
 use crate::path::Vec3;
 
-/// Stock this near to its bound is at it, mm.
+/// Stock closer to its bound than this is at the bound, mm.
 const AT_BOUND_MM: f64 = 1e-3;
 
 /// A stretch of the finishing path with its loads.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen {
-    /// Which.
+pub struct StretchLoads {
+    /// The stretch.
     pub sample: Sample,
     /// Loads.
     pub loads: Loads,
-    /// The semi-finishing move that left most of what it meets, and mm along it.
+    /// The semi-finishing move that left most of its stock, and mm along it.
     pub left_by: Option<(u32, f64)>,
     /// Normal of the surface there.
     pub normal: Vec3,
-    /// Stock it meets, mm: at its knots, by their shares.
+    /// Stock it meets, mm: weighted mean over its knots.
     pub stock_mm: f64,
     /// Is it a full cut whose stock could be chosen?
     pub free: bool,
-    /// Does a bound on stock or on its change hold where it is chosen?
+    /// Is a bound on the stock or on its change active at most of its knots?
     pub bound: bool,
 }
 
 /// Loads and stock of every stretch with this stock at the unknowns.
-pub fn seen(
-    bench: &Bench,
+pub fn stretch_loads(
+    programs: &Programs,
     unknowns: &Unknowns,
     samples: &[Sample],
-    look: &Look,
-    met: &[Met],
+    simulated: &Simulated,
+    met: &[MetStock],
     stock_mm: &[f64],
-) -> Vec<Seen> {
-    let loads = Bench::loads(look, bench.task.job, samples);
-    let [low, high] = bench.task.wanted.stock_mm;
+) -> Vec<StretchLoads> {
+    let loads = Programs::loads(simulated, programs.task.job, samples);
+    let [low, high] = programs.task.wanted.stock_mm;
     let mut held: Vec<bool> =
         stock_mm.iter().map(|stock| *stock < low + AT_BOUND_MM || *stock > high - AT_BOUND_MM).collect();
     for pair in &unknowns.pairs {
@@ -52,7 +52,7 @@ pub fn seen(
         let shares = || unknowns.shares(&met[k]);
         let whole: f64 = shares().map(|(_, share)| share).sum::<f64>().max(1e-12);
         let normal: Vec3 = met[k].normals.iter().map(|(_, normal)| normal).sum();
-        Seen {
+        StretchLoads {
             sample: samples[k],
             loads: loads[k],
             left_by: met[k].place,
@@ -65,10 +65,10 @@ pub fn seen(
     (0..samples.len()).map(one).collect()
 }
 
-/// Is the reference reached nowhere, with all stock at one bound? Then the forces there.
-pub fn out_of_reach(after: &[Seen], [low, high]: [f64; 2], reference_n: f64) -> Option<[f64; 2]> {
-    let free: Vec<&Seen> = after.iter().filter(|seen| seen.free && seen.loads.force_xy_peak_n > 0.0).collect();
-    let force = |seen: &&Seen| seen.loads.force_xy_peak_n;
+/// Least and largest force, N, if the reference is reached nowhere and nearly all stock is at one bound.
+pub fn out_of_reach(after: &[StretchLoads], [low, high]: [f64; 2], reference_n: f64) -> Option<[f64; 2]> {
+    let free: Vec<&StretchLoads> = after.iter().filter(|seen| seen.free && seen.loads.force_xy_peak_n > 0.0).collect();
+    let force = |seen: &&StretchLoads| seen.loads.force_xy_peak_n;
     let near = |bound: f64| {
         free.iter().filter(|seen| (seen.stock_mm - bound).abs() < AT_BOUND_MM).count() * 10 > free.len() * 9
     };

@@ -1,14 +1,14 @@
-//! What cannot be solved, found before the rounds begin: wishes that make no sense, programs that do not meet or stand in the wrong
-//! order.
+//! Checks before the rounds. In: the task, the simulated programs. Out: an error for inconsistent settings, for
+//! programs that do not meet, are in the wrong order or in different units.
 
-use super::bench::{Bench, Look};
-use super::met::{Met, Sample};
+use super::met_stock::{MetStock, Sample};
+use super::programs::{Programs, Simulated};
 use super::task::{SemifinishError, Task};
 use crate::nc::{MoveKind, Toolpath};
 use crate::path::Vec3;
 
-/// Do the wishes make sense?
-pub fn check(task: &Task) -> Result<(), SemifinishError> {
+/// Checks the settings.
+pub fn check_wanted(task: &Task) -> Result<(), SemifinishError> {
     let bad = |what: String| Err(SemifinishError::Bad { what });
     let wanted = &task.wanted;
     let [low, high] = wanted.stock_mm;
@@ -26,18 +26,24 @@ pub fn check(task: &Task) -> Result<(), SemifinishError> {
     Ok(())
 }
 
-/// Share of the finishing path that must meet the semi-finish, or the programs are tried in the other order.
+/// Share of the finishing path that must meet the stock of the semi-finish; below it units and order are checked.
 const MEETING: f64 = 0.5;
 
-/// Do the programs meet, and in this order? At the far sides of their first and last passes they do in either.
-pub fn meet(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Result<(), SemifinishError> {
-    let task = bench.task;
-    let length = |samples: &[Sample], met: &[Met]| -> f64 {
+/// Checks that the finish cuts the stock that the semi-finish left. At the far sides of the first and last passes it
+/// does in either order, so the lengths are compared.
+pub fn check_meeting(
+    programs: &Programs,
+    base: &Simulated,
+    samples: &[Sample],
+    met: &[MetStock],
+) -> Result<(), SemifinishError> {
+    let task = programs.task;
+    let length = |samples: &[Sample], met: &[MetStock]| -> f64 {
         let both = samples.iter().zip(met).filter(|(_, met)| !met.shares.is_empty());
         both.map(|(sample, _)| sample.length_mm).sum()
     };
     let here_mm = length(samples, met);
-    if is_met(here_mm, bench.finish_length_mm()) {
+    if is_met(here_mm, programs.finish_length_mm()) {
         return Ok(());
     }
     if let Some(times) = in_another_unit(task) {
@@ -45,21 +51,21 @@ pub fn meet(bench: &Bench, base: &Look, samples: &[Sample], met: &[Met]) -> Resu
     }
     let movable = vec![false; task.finish.moves.len()];
     let swapped = Task { semi: task.finish, finish: task.semi, movable: &movable, ..*task };
-    let other = Bench::new(&swapped)?;
-    let look = other.look(&vec![Vec3::zeros(); other.knots.list.len()], None)?;
-    let samples = other.samples(&look);
-    if length(&samples, &other.met(&look, &samples)) > here_mm {
+    let other = Programs::new(&swapped)?;
+    let simulated = other.simulated(&vec![Vec3::zeros(); other.knots.list.len()], None)?;
+    let samples = other.samples(&simulated);
+    if length(&samples, &other.met(&simulated, &samples)) > here_mm {
         return Err(SemifinishError::WrongOrder);
     }
     if here_mm > 0.0 { Ok(()) } else { Err(SemifinishError::NeverMeet { cut_mm: base.cut_mm() }) }
 }
 
 /// Why no stock can be chosen.
-pub fn nothing_free(bench: &Bench, base: &Look) -> SemifinishError {
-    let [semi_mm, finish_mm] = [bench.semi_tool.radius_mm(), bench.finish_tool.radius_mm()];
-    if !bench.knots.list.iter().any(|knot| knot.free) {
+pub fn nothing_free(programs: &Programs, base: &Simulated) -> SemifinishError {
+    let [semi_mm, finish_mm] = [programs.semi_tool.radius_mm(), programs.finish_tool.radius_mm()];
+    if !programs.knots.list.iter().any(|knot| knot.free) {
         SemifinishError::NothingFree
-    } else if let Some(times) = in_another_unit(bench.task) {
+    } else if let Some(times) = in_another_unit(programs.task) {
         SemifinishError::OtherUnit { times }
     } else if semi_mm > finish_mm {
         SemifinishError::TooLarge { semi_mm, finish_mm }
@@ -69,10 +75,11 @@ pub fn nothing_free(bench: &Bench, base: &Look) -> SemifinishError {
 }
 
 const INCH_MM: f64 = 25.4;
-/// Extents of two passes over one part differ by lead-ins and stock; a ratio this near to that of the units is theirs.
+/// Largest relative difference of a ratio of extents from that of the units: two programs of one part differ by
+/// lead-ins and stock.
 const ALIKE: f64 = 0.1;
 
-/// Extent of the finish over that of the semi-finish, where it is that of an inch and a millimetre, either way.
+/// Extent of the finish over that of the semi-finish, if it is near 25.4 or 1/25.4.
 fn in_another_unit(task: &Task) -> Option<f64> {
     let extent = |path: &Toolpath| -> f64 {
         let cuts = path.moves.iter().filter(|motion| motion.kind == MoveKind::Feed);
@@ -85,13 +92,13 @@ fn in_another_unit(task: &Task) -> Option<f64> {
     is_of_units(times).then_some(times)
 }
 
-/// Is a ratio that of an inch and a millimetre, either way?
+/// Is a ratio near 25.4 or 1/25.4?
 fn is_of_units(times: f64) -> bool {
     let near = |ratio: f64| (times / ratio - 1.0).abs() < ALIKE;
     near(INCH_MM) || near(1.0 / INCH_MM)
 }
 
-/// Does enough of the finishing path meet the semi-finish?
+/// Does enough of the finishing path meet the stock of the semi-finish?
 fn is_met(here_mm: f64, whole_mm: f64) -> bool {
     here_mm >= MEETING * whole_mm
 }

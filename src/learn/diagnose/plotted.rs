@@ -1,5 +1,5 @@
-//! What a report on learning shows: measured and predicted readings in order, before and after, and the mean residual
-//! along every covariate. In: data, report. Out: plain numbers for [`crate::report`].
+//! What the report on learning plots: measured and predicted readings in order, with and without the effects, and the
+//! mean residual along every covariate. In: data, report. Out: plain numbers for [`crate::report`].
 
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::residual::COVARIATES;
@@ -30,23 +30,23 @@ pub struct Trace {
 pub struct CovariateCurve {
     /// The covariate.
     pub name: String,
-    /// (its mean, residual before, residual after, samples) of each bin.
+    /// (mean covariate, mean residual of the base model, of the final model, samples) of each bin.
     pub bins: Vec<[f64; 4]>,
 }
 
-/// Everything to draw.
+/// Everything that is plotted.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Curves {
     /// Measured quantities.
     pub traces: Vec<Trace>,
-    /// Residuals along covariates, the one with most structure before first.
+    /// Residuals along covariates, the one with the largest Σ n r̄² of the base model first.
     pub along: Vec<CovariateCurve>,
 }
 
 /// Bins of a covariate.
 const BINS: usize = 14;
 
-/// What there is to show; empty where the model cannot be fitted.
+/// The plots; empty if the model cannot be fitted.
 pub fn curves(data: &Data, report: &LearnReport) -> Curves {
     let unnamed = report.unnamed.iter().map(|u| &u.added);
     let effects: Vec<FittedEffect> = report.effects.iter().chain(unnamed).filter_map(in_model).collect();
@@ -88,7 +88,7 @@ fn trace(data: &Data, channel: usize, name: &str, before: &[f64], after: &[f64])
     }
 }
 
-/// Bins of equal numbers of samples; `None` where the covariate does not vary.
+/// Mean residuals in bins of equal numbers of samples; `None` if the covariate does not vary.
 fn binned(data: &Data, name: &str, values: &[f64], before: &[f64], after: &[f64]) -> Option<CovariateCurve> {
     let mut members: Vec<usize> = data.used().filter(|i| values[*i].is_finite()).collect();
     members.sort_by(|a, b| values[*a].total_cmp(&values[*b]));

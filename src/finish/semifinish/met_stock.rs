@@ -1,11 +1,12 @@
-//! What a finishing station meets, and which semi-finishing move left it. In: the engagement of both programs, linked; the paths of
-//! both balls. Out: for each station the shares of the knots in the stock it meets; for each knot the normal of the surface.
+//! The stock that a finishing station meets, and the semi-finishing moves that left it. In: the engagement of both
+//! programs, linked; the paths of both balls. Out: for each station the weights of the knots; for each knot the surface
+//! normal.
 //!
-//! An engaged arc ends where the circle of its ring leaves the stock. An end x that lies on the surface left by the semi-finish
-//! (least d(x, c(s)) = R of its ball, [`super::centres`]) tells the move and the place s that left it, and the normal there,
-//! u = (c − x)/R. Moving that surface by δ along u moves the end of the arc by δ/|u·t|, t the tangent of the circle: that times the
-//! height of the ring is the weight of the end. The normal of a knot is the mean of u over what its piece of path left: a pass
-//! leaves its surface evenly to both sides of the contact.
+//! An engaged arc ends where the circle of its ring leaves the stock. If such an end x lies on the surface left by the
+//! semi-finish (least d(x, c(s)) = R of its ball, [`super::centres`]), the move and place s that left it are known, and
+//! the normal there, u = (c − x)/R. Moving that surface by δ along u moves the end of the arc by δ/|u·t|, with t the
+//! tangent of the circle; the weight of the end is the height of the ring over |u·t|. The normal of a knot is the mean
+//! of u over the ends it left, because a pass leaves its surface evenly on both sides of the contact.
 
 use super::centres::{Centres, Nearest};
 use super::knots::Knots;
@@ -14,12 +15,13 @@ use crate::machine::Slice;
 use crate::path::Vec3;
 use rayon::prelude::*;
 
-/// Distance from the surface within which an end of an arc counts as on it, mm. The arcs of a station belong to its most engaged
-/// point, up to half a spacing from its middle: on a path that turns with 10 mm that is 0.01 mm. It is less than the least stock.
+/// Distance from the surface within which an end of an arc counts as on it, mm. Ends may belong to another place of the
+/// station, up to half a spacing from its middle: on a path of radius 10 mm that is 0.01 mm off. Less than the least
+/// stock.
 const ON_SURFACE_MM: f64 = 0.03;
-/// Where circle and surface run along each other, an end moves by no more than this times the surface.
+/// Largest 1/|u·t|, for circle and surface that are nearly parallel.
 const STEEPEST: f64 = 10.0;
-/// Ends of arcs that are looked at per station; more tell nothing new.
+/// About as many ends of arcs are used per station.
 const ENDS: usize = 24;
 
 /// A stretch of the finishing path.
@@ -31,24 +33,25 @@ pub struct Sample {
     pub s_mm: f64,
     /// Its length, mm.
     pub length_mm: f64,
-    /// The cut begins or ends within the length of contact: no stock makes its force that of a full cut.
+    /// Does the cut begin or end within the length of contact? Then its force is not that of a full cut, whatever the
+    /// stock.
     pub edge: bool,
 }
 
-/// What a sample meets.
+/// The stock that a sample meets.
 #[derive(Debug, Clone, Default)]
-pub struct Met {
-    /// Knots with their shares; they add up to 1, or there are none: nothing of the semi-finish is met.
+pub struct MetStock {
+    /// Knots with weights that add up to 1; empty if no stock of the semi-finish is met.
     pub shares: Vec<(u32, f64)>,
-    /// The place that left most of it: move and mm along it, in the semi-finishing program as it came.
+    /// The place that left most of it: move and mm along it, in the original semi-finishing program.
     pub place: Option<(u32, f64)>,
-    /// Sum of weight · u over the ends, by knot.
+    /// Sum of weight · u over the ends, for each knot.
     pub normals: Vec<(u32, Vec3)>,
 }
 
-/// Where the tip is and which way it goes, in the common frame.
+/// Position and heading of the tool, in the common frame.
 #[derive(Debug, Clone, Copy)]
-pub struct Stand {
+pub struct ToolPlace {
     /// Tip.
     pub tip: Vec3,
     /// Horizontal direction of the feed.
@@ -56,29 +59,29 @@ pub struct Stand {
 }
 
 /// The semi-finish as it is in the linked program.
-pub struct Left<'a> {
-    /// Path of the centre of its ball, over curves with numbers.
+pub struct SemiSurface<'a> {
+    /// Path of the centre of its ball, over numbered curves.
     pub centres: &'a Centres,
     /// Radius of its ball, mm.
     pub radius_mm: f64,
-    /// Of each curve: the move of the program as it came, and the part of it, mm.
+    /// For each curve the move of the original program, and the part of it, mm.
     pub made_of: &'a [(u32, [f64; 2])],
     /// Length of each curve, mm.
     pub lengths_mm: &'a [f64],
-    /// Knots of the program as it came.
+    /// Knots of the original program.
     pub knots: &'a Knots,
 }
 
-/// What stations meet.
+/// The stock that each station meets.
 pub fn met(
-    stations: &[Option<(&Station, Stand)>],
+    stations: &[Option<(&Station, ToolPlace)>],
     map: &EngagementMap,
     slices: &[Slice],
     finish_radius_mm: f64,
-    left: &Left,
-) -> Vec<Met> {
-    let of = |near: &mut Vec<u32>, station: &Option<(&Station, Stand)>| {
-        let Some((station, stand)) = station else { return Met::default() };
+    left: &SemiSurface,
+) -> Vec<MetStock> {
+    let of = |near: &mut Vec<u32>, station: &Option<(&Station, ToolPlace)>| {
+        let Some((station, stand)) = station else { return MetStock::default() };
         let centre = stand.tip + Vec3::new(0.0, 0.0, finish_radius_mm);
         left.centres.near(centre, left.radius_mm.max(finish_radius_mm), near);
         left.met(map, station, stand, slices, near)
@@ -86,9 +89,16 @@ pub fn met(
     stations.par_iter().map_init(Vec::new, of).collect()
 }
 
-impl Left<'_> {
-    fn met(&self, map: &EngagementMap, station: &Station, stand: &Stand, slices: &[Slice], near: &[u32]) -> Met {
-        let mut found = Met::default();
+impl SemiSurface<'_> {
+    fn met(
+        &self,
+        map: &EngagementMap,
+        station: &Station,
+        stand: &ToolPlace,
+        slices: &[Slice],
+        near: &[u32],
+    ) -> MetStock {
+        let mut found = MetStock::default();
         let arcs = map.arcs_of(station);
         let step = (2 * arcs.len()).div_ceil(ENDS).max(1);
         let mut most = 0.0;
@@ -121,7 +131,7 @@ impl Left<'_> {
         found
     }
 
-    /// The place in the program as it came.
+    /// The place in the original program.
     fn place(&self, nearest: &Nearest) -> (u32, f64) {
         let (of, [from, to]) = self.made_of[nearest.of as usize];
         let length = self.lengths_mm[nearest.of as usize];
@@ -129,7 +139,7 @@ impl Left<'_> {
         (of, from + share * (to - from))
     }
 
-    fn enter(&self, found: &mut Met, (of, s_mm): (u32, f64), weight: f64, normal: Vec3) {
+    fn enter(&self, found: &mut MetStock, (of, s_mm): (u32, f64), weight: f64, normal: Vec3) {
         let ([a, b], share) = self.knots.around(of, s_mm);
         for (knot, part) in [(a, 1.0 - share), (b, share)] {
             if part <= 0.0 {
@@ -146,14 +156,14 @@ impl Left<'_> {
     }
 }
 
-/// From a point of the surface to the centre, or above the centre to the axis.
+/// Unit vector from a point of the surface to the centre, or above the centre to the axis.
 fn normal(nearest: &Nearest, x: Vec3) -> Vec3 {
     let away = nearest.centre - x;
     let away = if away.z < 0.0 { Vec3::new(away.x, away.y, 0.0) } else { away };
     away.try_normalize(0.0).unwrap_or_else(Vec3::z)
 }
 
-/// Does a point so far from the path of the ball's centre lie on the surface that the ball left?
+/// Does a point at this distance from the path of the ball's centre lie on the surface that the ball left?
 fn is_on_surface(distance_mm: f64, radius_mm: f64) -> bool {
     (distance_mm - radius_mm).abs() <= ON_SURFACE_MM
 }

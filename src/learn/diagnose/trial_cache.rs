@@ -1,32 +1,32 @@
-//! What was tried on top of a model, remembered. In: a model. Out: the trials of every candidate on top of it, and what those
-//! leave on data left out whose instant or place is looked for anew without each fold.
+//! A cache of trials. In: a model. Out: the trials of every candidate on top of it, and the held-out residuals of those
+//! whose instant or region is searched again without each fold.
 //!
-//! The same model comes back: a name alone in a model is contested beside the base model, from which the search began. Trials
-//! are most of the time that a diagnosis takes.
+//! Trials take most of the time of a diagnosis, and models recur: the rivals of the only effect of a model are fitted
+//! on top of the base model, as in the first step of the search.
 
 use crate::effects::Effect;
 use crate::learn::diagnose::trial::Trial;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::Fitted;
 
-/// Relative difference of the squares below which two fits of the same effects are one: ten times that at which a fit has
-/// settled, of ten thousand samples a tenth of a unit of twice the log-likelihood.
+/// Relative difference of the squares below which two fits of the same effects are the same model: ten times the
+/// tolerance of a fit; with ten thousand samples 0.1 in twice the log-likelihood.
 const SAME_SQUARES: f64 = 1e-5;
 
 /// See the head of the file.
 #[derive(Clone, Default)]
-pub(in crate::learn) struct Memory(Vec<Tried>);
+pub(in crate::learn) struct TrialCache(Vec<CachedModel>);
 
-/// What is known of one model.
+/// What was fitted on top of one model.
 #[derive(Clone)]
-struct Tried {
+struct CachedModel {
     effects: Vec<FittedEffect>,
     squares: f64,
     trials: Vec<Trial>,
     left: Vec<(&'static str, Vec<f64>)>,
 }
 
-impl Tried {
+impl CachedModel {
     fn is_of(&self, model: &Fitted) -> bool {
         let effects = &model.model.effects;
         self.effects.len() == effects.len()
@@ -35,26 +35,26 @@ impl Tried {
     }
 }
 
-impl Memory {
-    /// The trials on top of a model, if it was there before.
+impl TrialCache {
+    /// The trials on top of a model, if they are known.
     pub(in crate::learn) fn trials(&self, model: &Fitted) -> Option<&[Trial]> {
-        self.0.iter().find(|tried| tried.is_of(model)).map(|tried| tried.trials.as_slice())
+        self.0.iter().find(|cached| cached.is_of(model)).map(|cached| cached.trials.as_slice())
     }
 
     pub(in crate::learn) fn keep_trials(&mut self, model: &Fitted, trials: &[Trial]) {
         let effects = model.model.effects.clone();
-        self.0.push(Tried { effects, squares: model.squares, trials: trials.to_vec(), left: Vec::new() });
+        self.0.push(CachedModel { effects, squares: model.squares, trials: trials.to_vec(), left: Vec::new() });
     }
 
-    /// What an effect on top of a model leaves on data left out, if that was asked before.
+    /// Held-out residuals of an effect on top of a model, if they are known.
     pub(in crate::learn) fn left(&self, model: &Fitted, effect: &Effect) -> Option<&[f64]> {
-        let tried = self.0.iter().find(|tried| tried.is_of(model))?;
-        tried.left.iter().find(|(name, _)| *name == effect.name).map(|(_, left)| left.as_slice())
+        let cached = self.0.iter().find(|cached| cached.is_of(model))?;
+        cached.left.iter().find(|(name, _)| *name == effect.name).map(|(_, left)| left.as_slice())
     }
 
     pub(in crate::learn) fn keep_left(&mut self, model: &Fitted, effect: &'static Effect, left: &[f64]) {
-        if let Some(tried) = self.0.iter_mut().find(|tried| tried.is_of(model)) {
-            tried.left.push((effect.name, left.to_vec()));
+        if let Some(cached) = self.0.iter_mut().find(|cached| cached.is_of(model)) {
+            cached.left.push((effect.name, left.to_vec()));
         }
     }
 }
@@ -84,14 +84,14 @@ mod tests {
         };
         let (plain, model) = (fit(&data, &[], 0).unwrap(), with(false, 25));
         let trial = Trial { effect: up_down, fitted: model.clone(), gain: 1.0, score: 1.0 };
-        let mut memory = Memory::default();
-        memory.keep_trials(&plain, std::slice::from_ref(&trial));
-        memory.keep_left(&plain, up_down, &[1.0]);
-        assert!(memory.trials(&plain).is_some() && memory.left(&plain, up_down) == Some(&[1.0][..]));
-        assert!(memory.trials(&model).is_none() && memory.left(&model, up_down).is_none());
-        memory.keep_trials(&model, &[]);
-        // Fitted once more it is the same model; not fitted to the end, or with another parameter, it is not.
-        assert!(memory.trials(&with(false, 30)).is_some());
-        assert!(memory.trials(&with(false, 0)).is_none() && memory.trials(&with(true, 25)).is_none());
+        let mut cache = TrialCache::default();
+        cache.keep_trials(&plain, std::slice::from_ref(&trial));
+        cache.keep_left(&plain, up_down, &[1.0]);
+        assert!(cache.trials(&plain).is_some() && cache.left(&plain, up_down) == Some(&[1.0][..]));
+        assert!(cache.trials(&model).is_none() && cache.left(&model, up_down).is_none());
+        cache.keep_trials(&model, &[]);
+        // Fitted again it is the same model; not fitted to convergence, or with another free parameter, it is not.
+        assert!(cache.trials(&with(false, 30)).is_some());
+        assert!(cache.trials(&with(false, 0)).is_none() && cache.trials(&with(true, 25)).is_none());
     }
 }

@@ -1,9 +1,9 @@
-//! Base coefficients that a table does not tell. In: a diagnosis, the model it ends with. Out: the model without the
-//! terms that it predicts cuts left out better without, and what those were.
+//! Base coefficients that a table does not determine. In: a diagnosis, its final model. Out: the model without terms
+//! that raise its held-out error, and these terms.
 //!
-//! A coefficient whose standard error exceeds its value says nothing of the cuts, yet it swings every prediction outside
-//! of them: chips of a few µm tell the force of the edges and no cutting coefficient. Logs keep theirs: what the setup
-//! declares holds them.
+//! A coefficient whose standard error exceeds its value is not determined by the cuts, but changes every prediction
+//! outside them: chips of a few µm determine the edge force and no cutting coefficient. In logs all terms are kept: the
+//! coefficients that the setup declares act as priors.
 
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::diagnosis::Diagnosis;
@@ -13,34 +13,34 @@ use crate::learn::model::fit::{Fitted, certainty, fit};
 use crate::learn::report::Estimate;
 
 /// A model without some of its base terms.
-pub(in crate::learn) struct Told {
+pub(in crate::learn) struct Reduced {
     /// All data, without the terms.
     pub(in crate::learn) data: Data,
-    /// Those for the fit, likewise.
+    /// The data for the fit, without the terms.
     pub(in crate::learn) train: Data,
     /// The model.
     pub(in crate::learn) fitted: Fitted,
-    /// What was left out, as it was with its errors.
+    /// The terms that were left out, with their last values.
     pub(in crate::learn) left_out: Vec<Estimate>,
 }
 
 impl Diagnosis<'_> {
-    /// Leaves out one term after the other, each time that which lowers the held-out error most.
-    pub(in crate::learn) fn without_untold_terms(&self, fitted: Fitted) -> Told {
-        let mut told = Told { data: self.data.clone(), train: self.train.clone(), fitted, left_out: Vec::new() };
+    /// Leaves out one term after the other, each time the one whose omission lowers the held-out error most.
+    pub(in crate::learn) fn without_undetermined_terms(&self, fitted: Fitted) -> Reduced {
+        let mut reduced = Reduced { data: self.data.clone(), train: self.train.clone(), fitted, left_out: Vec::new() };
         while !self.data.is_series() {
-            let Some((term, value, fitted)) = self.worst_term(&told) else { break };
-            told.data = without_term(&told.data, term);
-            told.train = without_term(&told.train, term);
-            told.fitted = fitted;
-            told.left_out.push(value);
+            let Some((term, value, fitted)) = self.worst_term(&reduced) else { break };
+            reduced.data = without_term(&reduced.data, term);
+            reduced.train = without_term(&reduced.train, term);
+            reduced.fitted = fitted;
+            reduced.left_out.push(value);
         }
-        told
+        reduced
     }
 
-    /// The term without which data left out are predicted best, if that is better than with it.
-    fn worst_term(&self, told: &Told) -> Option<(usize, Estimate, Fitted)> {
-        let (train, fitted) = (&told.train, &told.fitted);
+    /// The undetermined term whose omission lowers the held-out error most; `None` if none does.
+    fn worst_term(&self, reduced: &Reduced) -> Option<(usize, Estimate, Fitted)> {
+        let (train, fitted) = (&reduced.train, &reduced.fitted);
         let sure = certainty(train, fitted);
         let before = held_out_residuals(train, &fitted.model.effects, self.split);
         let without = |term: usize| {
@@ -58,12 +58,12 @@ impl Diagnosis<'_> {
     }
 }
 
-/// Does any sample show the term?
+/// Is the term non-zero in any sample?
 fn has_term(data: &Data, term: usize) -> bool {
     data.used().any(|i| data.columns[term][i] != 0.0)
 }
 
-/// Is it the only one left by which a cut takes any load?
+/// Is it the last term of the cut's load?
 fn is_last_of_cut(data: &Data, term: usize) -> bool {
     let is_of_cut = |b: usize| data.base[b].class != Class::Tare && has_term(data, b);
     is_of_cut(term) && (0..data.base.len()).filter(|b| is_of_cut(*b)).count() == 1
@@ -83,7 +83,7 @@ mod tests {
     use crate::learn::diagnose::Options;
     use crate::learn::model::cross_validation::by_blocks;
 
-    /// Fourteen cuts with chips between 0.05 mm and so many times that, 3 % of error, k_tc 1000 N/mm² and k_te 20 N/mm.
+    /// Fourteen cuts with chips between 0.05 mm and `chips` times that, 3 % error, k_tc 1000 N/mm² and k_te 20 N/mm.
     fn left_out(chips: f64) -> Vec<String> {
         let base =
             |name: &str, class| Base { name: name.into(), unit: String::new(), class, prior: None, bounds: UNBOUNDED };

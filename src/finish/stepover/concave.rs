@@ -1,9 +1,9 @@
-//! Where the surface bends towards the tool, and whether the tool fits there. In: a surface, the tool made ready for it. Out: how many
-//! facets lie in hollows, and in how many of them the tool cannot touch the facet's middle.
+//! Concave places of a surface, and whether the tool fits into them. In: a surface, its drop-cutter. Out: number of
+//! facets in concave places, and of those whose centroid the tool cannot touch.
 //!
-//! Two facets whose middles are a distance l apart and whose normals open by an angle β bend with the radius l/β; a hollow has one
-//! of less than [`GENTLE`] tool radii. The tool touches a middle m with the normal n if, lowered at m + (a/sin θ + r)·n seen
-//! from above, it is held no higher than there.
+//! Two neighbouring facets with centroids l apart and an angle β between their normals have the radius of curvature
+//! l/β; concave places with less than [`GENTLE`] tool radii count. The tool touches a centroid m with normal n if,
+//! dropped at the horizontal position of m + (a/sin θ + r)·n (θ: slope), it rests no higher than on m.
 
 use super::drop::Dropper;
 use super::surface::{STEEP, Surface};
@@ -11,11 +11,11 @@ use crate::path::Vec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// Hollows of more tool radii than this are as good as flat.
+/// Concave radius, in tool radii, above which a place counts as flat. Judgement.
 const GENTLE: f64 = 10.0;
 
-/// Facets in hollows, and those of them that the tool does not reach within `tolerance_mm`.
-pub fn hollow(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> (usize, usize) {
+/// Number of facets in concave places, and of those that the tool does not reach within `tolerance_mm`.
+pub fn concave_facets(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> (usize, usize) {
     let shape = dropper.shape();
     let middle = |k: u32| surface.triangles[k as usize].iter().sum::<Vec3>() / 3.0;
     let normal = |k: u32| {

@@ -1,9 +1,10 @@
-//! Accidents at an instant. In: a trial of an effect that begins at an instant, what is left before it. Out: why it is none, or
-//! what it cannot be told from.
+//! Accidents (a chipped edge): effects that begin at an instant. In: a trial of such an effect, the held-out residuals
+//! without it. Out: why it is rejected, or what it is confounded with.
 //!
-//! Operations differ, and so do the set-ups of a table: by their tool, their coolant, their clamping. What begins where one ends
-//! and the next begins may be what they differ by. So may what takes nearly as much when it begins there: of a log that is said
-//! beside its name, as the load of a broken edge is the safe one to reckon with.
+//! Operations differ in tool, coolant or clamping, and so do set-ups of a table. An effect that begins between two of
+//! them may be such a difference. The same holds if it explains nearly as much when its instant is moved there. In a
+//! log this is reported with the effect instead of rejecting it, because the higher load of a broken edge is the safe
+//! assumption.
 
 use crate::effects::Place;
 use crate::learn::diagnose::criteria::PLACED_BY;
@@ -16,18 +17,21 @@ use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::Confounded;
 
 impl Diagnosis<'_> {
-    /// Why what begins at an instant is no accident: no operation is cut both before and after it, or in a table it may as well
-    /// lie between two set-ups.
-    pub(in crate::learn) fn between_cuts(&self, trial: &Trial, before: &[f64]) -> Option<String> {
-        self.lies_between(&trial.fitted, trial.fitted.model.effects.len().checked_sub(1)?, before)
+    /// Why an effect that begins at an instant is rejected: no operation is cut both before and after it, or, in a
+    /// table, it may begin between two set-ups.
+    pub(in crate::learn) fn why_between_cuts(&self, trial: &Trial, before: &[f64]) -> Option<String> {
+        self.why_between_operations(&trial.fitted, trial.fitted.model.effects.len().checked_sub(1)?, before)
     }
 
-    /// The same of the `e`-th effect of a model.
-    pub(in crate::learn) fn lies_between(&self, fitted: &Fitted, e: usize, before: &[f64]) -> Option<String> {
+    /// The same for the `e`-th effect of a model.
+    pub(in crate::learn) fn why_between_operations(&self, fitted: &Fitted, e: usize, before: &[f64]) -> Option<String> {
         let (_, at_s) = instant(fitted, e)?;
         if !self.data.is_series() {
             return self.may_begin_between(fitted, e, before).then(|| {
-                format!("it begins at cut {at_s:.0}, which may as well be between two set-ups: it may be what they differ by")
+                format!(
+                    "it begins at cut {at_s:.0} or between two set-ups near it: a difference between them may be the \
+                     cause"
+                )
             });
         }
         let kinds = self.kinds();
@@ -37,11 +41,13 @@ impl Diagnosis<'_> {
             members.filter(|i| (self.data.state[**i].time_s >= at_s) == is_after).count()
         };
         let is_within = |kind: &usize| count(*kind, false).min(count(*kind, true)) >= PLACED_BY;
-        (!kinds.is_empty() && !kinds.iter().any(is_within))
-            .then(|| format!("it begins at {at_s:.0} s, between two operations: it may be what they differ by"))
+        (!kinds.is_empty() && !kinds.iter().any(is_within)).then(|| {
+            format!("it begins at {at_s:.0} s, between two operations: a difference between them may be the cause")
+        })
     }
 
-    /// What an accident in a log cannot be told from: it takes nearly as much where it begins between two operations.
+    /// What an accident in a log is confounded with, if it explains nearly as much when it begins between two
+    /// operations.
     pub(in crate::learn) fn accident_or_difference(&self, present: &Present, trial: &Trial) -> Option<Confounded> {
         let last = trial.fitted.model.effects.len().checked_sub(1)?;
         if !self.data.is_series() || !self.may_begin_between(&trial.fitted, last, &present.left) {
@@ -49,12 +55,13 @@ impl Diagnosis<'_> {
         }
         Some(Confounded {
             names: vec![trial.effect.name.to_owned(), "a difference between operations".to_owned()],
-            why: "it takes nearly as much where it begins between two operations".to_owned(),
+            why: "it explains nearly as much if it begins between two operations".to_owned(),
             experiment: trial.effect.separated_by.to_owned(),
         })
     }
 
-    /// Does an effect take nearly as much when it begins at the border of two operations (of a table: set-ups)?
+    /// Does an effect explain nearly as much if it begins at the next border between two operations (in a table:
+    /// set-ups)?
     fn may_begin_between(&self, found: &Fitted, e: usize, before: &[f64]) -> bool {
         let Some((instant, at_s)) = instant(found, e) else { return false };
         let drop = |from_s: f64| {
@@ -69,13 +76,13 @@ impl Diagnosis<'_> {
         self.borders_about(at_s, &self.cutting(found)).iter().any(is_as_good)
     }
 
-    /// Samples of cuts.
+    /// Samples in which the tool cuts.
     fn cutting(&self, fitted: &Fitted) -> Vec<usize> {
-        let load = self.cut(fitted);
+        let load = self.cut_load(fitted);
         self.train.used().filter(|i| load[*i] > 0.0).collect()
     }
 
-    /// The instants next to one, before and after it, at which one operation (of a table: set-up) ends and the next begins.
+    /// The last border between operations (in a table: set-ups) before an instant and the first after it, s.
     fn borders_about(&self, at_s: f64, cutting: &[usize]) -> Vec<f64> {
         let group = if self.data.is_series() { &self.data.kind } else { &self.data.block };
         let mut in_time = cutting.to_vec();

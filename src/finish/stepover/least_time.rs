@@ -1,14 +1,13 @@
-//! The least time in which any passes cut a surface. In: a terrain, places on it with the area each stands for, limits, headings that
-//! passes may have. Out: a time that no plan of such passes goes below.
+//! Lower bound of the time of any passes over a surface. In: a terrain, places on it with their areas, limits, allowed
+//! headings. Out: a time that no plan of such passes can be below.
 //!
-//! A pass that goes at the feed f along a heading d and steps over by s to a side clears f·s/l of the area seen from above in a
-//! second, l the length of the path over its length seen from above. With f and s at their limits together, the best heading and the better
-//! side at every place,
+//! A pass at feed f along heading d with step-over s clears the area f·s/l per second seen from above, with l the
+//! length of the path over its length seen from above. With the best feed, heading and side at every place
 //!
 //! T ≥ Σ dA / max_d max_f (f·s(f, d)/l(d)).
 //!
-//! It counts the area between the outermost passes alone: no leads, links, corners or accelerations, and no pass more than the area
-//! asks for. It takes the surface within a step-over as the plan does: straight along the feed, a circle across it.
+//! It counts the area between the outermost passes alone, without leads, links, corners, accelerations or overlapping
+//! passes. The surface within a step-over is approximated as in the plan: straight along the feed, a circle across it.
 
 use super::contour::{bounds_at, heading};
 use super::levels::downhill;
@@ -16,7 +15,7 @@ use super::passes::Wish;
 use super::reach::{Bounds, Place, Terrain};
 use rayon::prelude::*;
 
-/// Headings within `half_rad` of +X, evenly `count` of them; with half a turn or more all around.
+/// `count` headings spread evenly within ±`half_rad` of +X; all round if that is π or more.
 pub fn headings(half_rad: f64, count: usize) -> Vec<[f64; 2]> {
     use std::f64::consts::{PI, TAU};
     let angle = |k: usize| match k as f64 {
@@ -27,7 +26,7 @@ pub fn headings(half_rad: f64, count: usize) -> Vec<[f64; 2]> {
     (0..count).map(|k| [angle(k).cos(), angle(k).sin()]).collect()
 }
 
-/// Least time over the places, s; those that no pass can cut count nothing. `headings`: those that a pass may have at a place.
+/// Least time over the places, s; places that no pass can cut do not count. `headings`: those allowed.
 pub fn least_s(terrain: &Terrain, places: &[Place], wish: &Wish, headings: &[[f64; 2]]) -> f64 {
     let time = |(p, area): &Place| {
         let ways = headings.iter().flat_map(|d| [1.0, -1.0].map(|side| (*d, [-side * d[1], side * d[0]])));
@@ -37,7 +36,7 @@ pub fn least_s(terrain: &Terrain, places: &[Place], wish: &Wish, headings: &[[f6
     times.iter().sum()
 }
 
-/// Least time of passes of one height over the places, s; step-overs are bounded along the surface, as those passes have them.
+/// Least time of passes of one height over the places, s; their step-overs are bounded along the surface.
 pub fn least_of_one_height_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
     let time = |(p, area): &Place| {
         let Some(contact) = terrain.dropper.drop(*p) else { return 0.0 };
@@ -49,13 +48,13 @@ pub fn least_of_one_height_s(terrain: &Terrain, places: &[Place], wish: &Wish) -
     times.iter().sum()
 }
 
-/// Time of an area at the best of some rates, s; none where there is no rate.
+/// Time of an area at the best of some rates, s; 0 without a rate.
 fn time_s(area_mm2: f64, rates: impl Iterator<Item = f64>) -> f64 {
     let best = rates.fold(0.0, f64::max);
     if best > 0.0 { area_mm2 / best } else { 0.0 }
 }
 
-/// Largest area that a pass clears in a second at a place, seen from above, mm²/s.
+/// Largest area per second that a pass clears at a place, seen from above, mm²/s.
 fn rate(
     terrain: &Terrain,
     p: [f64; 2],

@@ -1,0 +1,97 @@
+//! The two layouts of passes: side by side in one direction, or each at one height. In: the layout, a terrain, a wish.
+//! Out: the plan, the best plan of a constant step, the lower bound of the time, all for that layout.
+
+use super::comparison;
+use super::contour;
+use super::least_time::least_of_one_height_s;
+use super::levels::Grid;
+use super::passes::{self, Columns, Constant, Plan, Wish};
+use super::reach::{Place, Terrain};
+use super::steep::Steep;
+
+/// Layout of the passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Layout {
+    /// Side by side.
+    Parallel {
+        /// Their direction from +X, rad.
+        direction_rad: f64,
+        /// Largest angle of a pass to it, rad.
+        turn_rad: f64,
+    },
+    /// Each at one height (constant z).
+    Contour {
+        /// Least slope, rad; shallower ground is left out.
+        shallowest_rad: f64,
+    },
+}
+
+impl Layout {
+    /// Angle from the frame of the plan to the work frame, rad.
+    pub fn frame_rad(&self) -> f64 {
+        match self {
+            Layout::Parallel { direction_rad, .. } => *direction_rad,
+            Layout::Contour { .. } => 0.0,
+        }
+    }
+
+    /// Tangent of the largest angle of a pass to its direction.
+    pub fn turn(&self) -> f64 {
+        match self {
+            Layout::Parallel { turn_rad, .. } => turn_rad.tan(),
+            Layout::Contour { .. } => 0.0,
+        }
+    }
+}
+
+/// The area for passes on a surface.
+pub enum PassArea {
+    /// Columns, for parallel passes.
+    Columns(Columns),
+    /// The steep part, for passes of one height.
+    Steep(Steep),
+}
+
+impl PassArea {
+    /// The area within a box, with columns or cells of `fine_mm`.
+    pub fn new(layout: &Layout, terrain: &Terrain, low: [f64; 2], high: [f64; 2], fine_mm: f64) -> Self {
+        match layout {
+            Layout::Parallel { .. } => PassArea::Columns(Columns::new(terrain, low, high, fine_mm, 0.5 * fine_mm)),
+            Layout::Contour { shallowest_rad } => {
+                PassArea::Steep(Steep::new(Grid::new(terrain.dropper, low, high, fine_mm), *shallowest_rad))
+            }
+        }
+    }
+
+    /// Places on it, about `apart_mm` apart, with their areas.
+    pub fn places(&self, apart_mm: f64) -> Vec<Place> {
+        match self {
+            PassArea::Columns(columns) => columns.places(apart_mm),
+            PassArea::Steep(steep) => steep.places(apart_mm),
+        }
+    }
+
+    /// Plans the passes.
+    pub fn plan(&self, terrain: &Terrain, wish: &Wish) -> Plan {
+        match self {
+            PassArea::Columns(columns) => passes::plan(terrain, columns, wish),
+            PassArea::Steep(steep) => contour::plan(terrain, steep, wish),
+        }
+    }
+
+    /// The best plan of one step and one feed that keep force and scallop at all places of the varying plan.
+    pub fn constant(&self, terrain: &Terrain, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
+        match self {
+            PassArea::Columns(columns) => comparison::constant(terrain, columns, wish, varying),
+            PassArea::Steep(steep) => contour::constant(terrain, steep, wish, varying),
+        }
+    }
+
+    /// Lower bound of the time of passes with this layout, s.
+    pub fn least_alike_s(&self, terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
+        match self {
+            PassArea::Columns(_) => comparison::least_alike_s(terrain, places, wish),
+            PassArea::Steep(_) => least_of_one_height_s(terrain, places, wish),
+        }
+    }
+}
