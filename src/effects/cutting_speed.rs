@@ -30,7 +30,8 @@ pub const EFFECT: Effect = Effect {
             unit: "-",
             min: 0.0,
             max: 3.0,
-            starts: &[0.3],
+            // From next to nothing: where the optimum is far off, a strong bend turns the load away from what it should follow.
+            starts: &[0.02],
             neutral: Some(0.0),
             place: None,
             meaning: "rise of the logarithm per square of ln(v/v_o)",
@@ -40,7 +41,7 @@ pub const EFFECT: Effect = Effect {
             unit: "m/s",
             min: 0.05,
             max: 50.0,
-            starts: &[1.0, 2.5, 6.0],
+            starts: &[1.0, 2.0, 4.0, 8.0],
             neutral: Some(1.0),
             place: None,
             meaning: "cutting speed v_o of the least coefficients",
