@@ -2,8 +2,8 @@
 //! [`Fitted`].
 //!
 //! Model of a reading: ŷ = P·(1 + c·(P/P_max)^p), P = Σ_b β_b·X_b(θ), where X(θ) are the columns of [`Data`] as the
-//! effects change them ([`super::design`]) and c and p describe the excess of the drive. β and θ minimise Σ w (y − ŷ)²
-//! + Σ ((β − prior)/sd)² by damped Gauss–Newton steps (Levenberg 1944, Marquardt 1963) within bounds, with derivatives
+//! effects change them ([`super::design`]) and c and p describe the excess of the drive. β and θ minimise
+//! Σ w (y − ŷ)² + Σ ((β − prior)/sd)² by damped Gauss–Newton steps (Levenberg 1944, Marquardt 1963) within bounds, with derivatives
 //! analytic in β and by differences in θ; after every step of θ, β is solved for again (variable projection, Golub and
 //! Pereyra 1973).
 
