@@ -176,6 +176,27 @@ pub struct Alignment {
     pub pauses: Vec<(f64, f64)>,
 }
 
+/// A reading that is the same whatever the load above it: a meter or a drive at its limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ceiling {
+    /// What was measured, with its unit.
+    pub name: String,
+    /// The reading.
+    pub reading: f64,
+    /// Samples at it, which were left out.
+    pub samples: usize,
+}
+
+impl Ceiling {
+    /// One sentence.
+    pub fn in_words(&self) -> String {
+        format!(
+            "{} saturates at {:.4}: the load of {} samples is larger, and they were left out",
+            self.name, self.reading, self.samples
+        )
+    }
+}
+
 /// A stretch of a log in which the machine did not run at the predicted feed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeedEvent {
@@ -234,6 +255,8 @@ pub struct LearnReport {
     pub alignment: Option<Alignment>,
     /// Where the machine stood still, or ran at another feed than predicted.
     pub events: Vec<FeedEvent>,
+    /// Readings that stop at a ceiling.
+    pub ceilings: Vec<Ceiling>,
     /// Base parameters.
     pub base: Vec<Estimate>,
     /// Condition number of the base fit.

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::json_parts::{ErrorsPart, EstimatePart, estimates, finite, text};
 use super::marks::WRITTEN_BY;
 use crate::learn::report::{
-    Added, Alignment, Confounded, FeedEvent, LearnReport, Rejected, Transfer, Unexplained, Unnamed, Window,
+    Added, Alignment, Ceiling, Confounded, FeedEvent, LearnReport, Rejected, Transfer, Unexplained, Unnamed, Window,
 };
 
 /// JSON report of a diagnosis.
@@ -53,7 +53,7 @@ impl<'a> LearnPart<'a> {
             transfer: r.transfer.iter().map(TransferPart::of).collect(),
             windows: r.windows.iter().map(WindowPart::of).collect(),
             wear: r.wear.as_deref(),
-            events: r.events.iter().map(EventPart::of).collect(),
+            events: r.events.iter().map(EventPart::of).chain(r.ceilings.iter().map(EventPart::of_ceiling)).collect(),
             variants_tried: r.variants_tried,
             warnings: &r.warnings,
             supports_model: r.supports_model,
@@ -347,9 +347,16 @@ impl WindowPart {
 struct EventPart {
     kind: &'static str,
     covariate: &'static str,
-    time_s: [f64; 2],
-    lines: [u32; 2],
-    feed_ratio: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_s: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lines: Option<[u32; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    feed_ratio: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reading: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    samples: Option<usize>,
     said: String,
 }
 
@@ -358,10 +365,25 @@ impl EventPart {
         Self {
             kind: if event.ratio == 0.0 { "hold" } else { "override" },
             covariate: "feed",
-            time_s: event.time_s,
-            lines: event.lines,
-            feed_ratio: event.ratio,
+            time_s: Some(event.time_s),
+            lines: Some(event.lines),
+            feed_ratio: Some(event.ratio),
+            reading: None,
+            samples: None,
             said: event.in_words(),
+        }
+    }
+
+    fn of_ceiling(ceiling: &Ceiling) -> Self {
+        Self {
+            kind: "saturation",
+            covariate: "load",
+            time_s: None,
+            lines: None,
+            feed_ratio: None,
+            reading: Some(ceiling.reading),
+            samples: Some(ceiling.samples),
+            said: ceiling.in_words(),
         }
     }
 }

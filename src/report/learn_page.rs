@@ -193,6 +193,7 @@ fn alignment(report: &LearnReport) -> Markup {
         vec!["samples before, held, after".to_owned(), format!("{before}, {held}, {after}")],
     ];
     rows.extend(report.events.iter().map(|event| vec!["event".to_owned(), event.in_words()]));
+    rows.extend(report.ceilings.iter().map(|ceiling| vec!["event".to_owned(), ceiling.in_words()]));
     words("Alignment", &["", ""], &rows)
 }
 

@@ -4,6 +4,7 @@
 mod accidents;
 pub mod answer;
 pub mod candidates;
+mod ceiling;
 mod contest;
 pub mod criteria;
 mod curve_rivals;

@@ -21,6 +21,7 @@ use crate::effects::{Acts, named};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::answer::{unexplained, verdict};
+use crate::learn::diagnose::ceiling::without_ceilings;
 use crate::learn::diagnose::contest::Outcome;
 use crate::learn::diagnose::criteria::is_no_worse;
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
@@ -51,6 +52,7 @@ const MOST_CURVES: usize = 2;
 
 /// Runs the whole diagnosis.
 pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnReport> {
+    let (data, ceilings) = &without_ceilings(data, &options.criteria);
     let scaled = whitened(data)?;
     let scaled = with_predicted_loads(&scaled, &fit(&scaled, &[], 0)?.predicted);
     let train = scaled.with_weights(without(&scaled, |i| split.test[i]));
@@ -88,6 +90,7 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     let mut last = Diagnosis { data: &reduced, train, cache: TrialCache::default(), ..search.clone() };
     let mut report = last.report(&search, &base, &fitted);
     report.left_out = left_out;
+    report.ceilings.clone_from(ceilings);
     confounded.retain(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0]));
     report.confounded = confounded;
     doubt_families_with_rivals(&mut report);
