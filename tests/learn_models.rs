@@ -112,7 +112,7 @@ fn response_finds_all_six_terms_where_the_table_tells_them() {
         let _ = writeln!(csv, "g{b},6000,{f},3,{b},down,10,3,{}", 40.0 + 12.0 * l + 900.0 * t + 9000.0 * t * t);
     }
     let two = calibrated(&csv, "response", CalibrateOptions::default());
-    assert!(two.notes.iter().any(|note| note.contains("cannot tell b_ll")), "{:?}", two.notes);
+    assert!(two.notes.iter().any(|note| note.contains("does not determine b_ll")), "{:?}", two.notes);
 }
 
 #[test]

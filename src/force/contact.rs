@@ -1,7 +1,7 @@
 //! What a station cuts, in a few numbers. In: a station with its arcs, the rings of its tool. Out: [`Engaged`]: removed section
 //! a_p·a_e, swept area, its share in the up half, its middle. Diagnosis reads its covariates from it, and the schedule what
-//! effects need to know of a cut. The arcs of a station belong to its most engaged point; they are scaled to its mean
-//! section.
+//! effects need to know of a cut. The arcs of a station are the union of all places along it; they are scaled to
+//! its mean section.
 
 use crate::effects::SECTORS;
 use crate::engage::{EngagementMap, Station};

@@ -41,7 +41,7 @@ pub fn log_text(seen: &LogOverview, name: &str) -> String {
         text += &column_line(column, width);
     }
     for gap in &seen.gaps_s {
-        text += &format!("gap       {:.1} to {:.1} s: nothing is read into it\n", gap[0], gap[1]);
+        text += &format!("gap       {:.1} to {:.1} s: nothing was recorded there\n", gap[0], gap[1]);
     }
     for happened in &seen.happened {
         text += &format!("event     {:.1} to {:.1} s: {}\n", happened.time_s[0], happened.time_s[1], happened.what);

@@ -10,7 +10,7 @@ use crate::learn::dataset::placed_log::PlacedLog;
 use crate::learn::dataset::samples::{Base, Class};
 use crate::learn::log::quantity::Quantity;
 use crate::learn::program::timeline::{Activity, Spot};
-use crate::learn::program::variant::OtherGeometry;
+use crate::learn::program::variant::{OtherGeometry, Variant};
 use crate::learn::regress::statistics::median;
 
 /// Largest weight of samples during run-ups and tool changes. Judgement, like the other constants here.
@@ -34,7 +34,11 @@ impl PlacedLog<'_> {
         let declared = spots.iter().map(|spot| load(spot, &spot.engaged)).collect();
         let other = |o: &OtherGeometry| spots.iter().zip(&o.engaged).map(|(spot, e)| load(spot, e)).collect();
         let others = &self.known.others;
-        let is_first = |k: &usize| others[..*k].iter().all(|before| before.variant != others[*k].variant);
+        // A turn moves the ends of the faces by as much as faces that stand out, which are among them.
+        let is_first = |k: &usize| {
+            let variant = others[*k].variant;
+            variant != Variant::StockTurn && others[..*k].iter().all(|before| before.variant != variant)
+        };
         std::iter::once(declared).chain((0..others.len()).filter(is_first).map(|k| other(&others[k]))).collect()
     }
 

@@ -10,9 +10,11 @@
 use crate::effects::{Covariate, Effect, Multiplies};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::evidence::Present;
-use crate::learn::diagnose::forms::{FORM_ROUNDS, is_shape_of, remove};
+use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
-use crate::learn::diagnose::unnamed::{LAST_RANK, ResidualCurve, is_there_without_a_cut, is_unnamed, rank};
+use crate::learn::diagnose::unnamed::{
+    LAST_RANK, ResidualCurve, is_shape_of, is_there_without_a_cut, is_unnamed, rank,
+};
 use crate::learn::model::cross_validation::{certainty_of_gain, improvement_by_case, t_statistic};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};

@@ -5,7 +5,6 @@ use crate::effects::Parameter;
 use crate::learn::diagnose::candidates::starts;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{score_of, unphysical};
-use crate::learn::diagnose::unnamed::is_unnamed;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use rayon::prelude::*;
@@ -70,10 +69,4 @@ impl Diagnosis<'_> {
 /// The effects without the `k`-th.
 pub(in crate::learn) fn remove(effects: &[FittedEffect], k: usize) -> Vec<FittedEffect> {
     effects.iter().enumerate().filter(|(e, _)| *e != k).map(|(_, each)| each.clone()).collect()
-}
-
-/// Is `each` a curve without a name over what an effect of the list follows?
-pub(in crate::learn) fn is_shape_of(own: &FittedEffect, each: &FittedEffect) -> bool {
-    let mut along = each.effect.covariates.iter();
-    !is_unnamed(own.effect) && is_unnamed(each.effect) && along.any(|c| own.effect.knows(*c, each.effect.multiplies))
 }

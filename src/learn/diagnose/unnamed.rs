@@ -140,6 +140,12 @@ pub(in crate::learn) fn is_unnamed(effect: &Effect) -> bool {
     CURVES.iter().any(|(_, curve)| curve.name == effect.name)
 }
 
+/// Is `each` a curve without a name over what an effect of the list follows?
+pub(in crate::learn) fn is_shape_of(own: &FittedEffect, each: &FittedEffect) -> bool {
+    let mut along = each.effect.covariates.iter();
+    !is_unnamed(own.effect) && is_unnamed(each.effect) && along.any(|c| own.effect.knows(*c, each.effect.multiplies))
+}
+
 impl Diagnosis<'_> {
     /// Curves over the `wanted` covariates that the held-out residuals `left` of a model follow, in plausible shapes
     /// ([`is_plausible`]); least held-out squares first.
