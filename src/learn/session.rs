@@ -12,7 +12,7 @@ use crate::learn::dataset::measured_feed::measured_feed;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::criteria::{covers_in_part, is_slower};
 use crate::learn::diagnose::doubts::{self, covered, unseen_ends};
-use crate::learn::diagnose::{Options, diagnose};
+use crate::learn::diagnose::{Options, diagnose, over_time};
 use crate::learn::log::columns::DataError;
 use crate::learn::log::resultant::MEAN_FORCE;
 use crate::learn::log::resultant::{Sample, resultant};
@@ -23,6 +23,7 @@ use crate::learn::model::cross_validation::by_blocks;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::design::changes;
 use crate::learn::model::design::in_model;
+use crate::learn::model::fit::fit;
 use crate::learn::program::other_geometry::SizeChanges;
 use crate::learn::program::peak_forces::About;
 use crate::learn::program::runout_grid::RunoutGrid;
@@ -123,6 +124,8 @@ pub fn learn_with_data(
 ) -> Result<Learned, LearnError> {
     reject_dead_signals(log)?;
     let (mut data, aligned, mut lowered) = dataset_of(prepared, job, log, channels)?;
+    // Stretches are held against each other in the declared geometry, whatever geometry is found.
+    let windows = fit(&data, &[], 0).map(|base| over_time::windows(&data, &base));
     let answer = |data: &Data| {
         diagnose(data, &by_blocks(data, "stretch of time"), &options.diagnosis)
             .ok_or_else(|| DataError::Unfit("too few samples of the log belong to the program".into()))
@@ -164,9 +167,9 @@ pub fn learn_with_data(
         report.verdict = format!("The data do not support a model: {}. {}", doubts.join("; "), report.verdict);
         report.warnings.extend(doubts);
     }
-    if let Some(base) = crate::learn::model::fit::fit(&data, &[], 0) {
-        report.windows = crate::learn::diagnose::over_time::windows(&data, &base);
-        report.wear = crate::learn::diagnose::over_time::in_words(&report.windows);
+    if let Some(windows) = windows {
+        report.windows = windows;
+        report.wear = over_time::in_words(&report.windows);
     }
     Ok(Learned { report, data })
 }
