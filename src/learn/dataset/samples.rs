@@ -113,10 +113,6 @@ impl Data {
     pub fn is_empty(&self) -> bool {
         self.reading.is_empty()
     }
-    /// Columns of a variant.
-    pub fn variant(&self, variant: Variant) -> Option<&VariantColumns> {
-        self.variants.iter().find(|v| v.variant == variant)
-    }
     /// The same data with other weights.
     pub fn with_weights(&self, weight: Vec<f64>) -> Data {
         Data { weight, ..self.clone() }

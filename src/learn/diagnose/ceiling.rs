@@ -37,7 +37,9 @@ pub(in crate::learn) fn without_ceilings(data: &Data, criteria: &Criteria) -> (D
     let mut ceilings = Vec::new();
     for channel in 0..channels {
         let Some(found) = ceiling(&rest, channel, criteria) else { continue };
-        found.above.iter().for_each(|i| rest.weight[*i] = 0.0);
+        for i in &found.above {
+            rest.weight[*i] = 0.0;
+        }
         let name = data.channel_names.get(channel).cloned().unwrap_or_default();
         ceilings.push(Ceiling { name, reading: found.reading, samples: found.above.len() });
     }
@@ -77,7 +79,9 @@ fn at_ceiling(data: &Data, used: &[usize], ceiling: f64) -> Option<Found> {
     let mut load = Vec::new();
     for _ in 0..ROUNDS {
         let mut weight = data.weight.clone();
-        above.iter().for_each(|i| weight[*i] = 0.0);
+        for i in &above {
+            weight[*i] = 0.0;
+        }
         let fitted = fit(&data.with_weights(weight), &[], 0)?;
         above = used.iter().copied().filter(|i| fitted.predicted[*i] > ceiling).collect();
         load = fitted.predicted;
