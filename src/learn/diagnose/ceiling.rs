@@ -138,6 +138,22 @@ mod tests {
     }
 
     #[test]
+    fn a_ceiling_may_rise_a_little_with_the_load_and_scatter_a_little_more_than_the_rest() {
+        let rising = |slope: f64| found(|load| if load > 135.0 { 140.0 + slope * (load - 150.0) } else { load }).len();
+        assert_eq!([0.2, 0.4].map(rising), [1, 0]);
+        // Beside the noise of ±2, whose root mean square is 1.2: readings by turns above and below the level.
+        let scattered = |by: f64| {
+            let turn = std::cell::Cell::new(1.0);
+            let at_level = |load: f64| {
+                turn.set(-turn.get());
+                if load > 135.0 { 135.0 + by * turn.get() } else { load }
+            };
+            found(at_level).len()
+        };
+        assert_eq!([0.5, 3.0].map(scattered), [1, 0]);
+    }
+
+    #[test]
     fn readings_that_go_on_rising_have_no_ceiling_nor_has_a_level_of_most_of_them() {
         assert_eq!(found(|load| load), []);
         assert_eq!(found(|load| load.min(135.0 + 0.5 * (load - 135.0))), []);
