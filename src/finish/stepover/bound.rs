@@ -8,13 +8,8 @@
 //! f(x₀ + Δ) ≤ f(x₀) + ∇f·Δ − Δ²/2r,
 //!
 //! whose maximum over the box is found axis by axis. x₀ is the point of the box nearest to the contact with the plane,
-//! which is a + r|g|/√(1+g²) uphill of the axis. With a flat of radius a, f is not strictly concave; there, with ρ = |x
-//! − axis| and γ the angle from uphill,
-//!
-//! f(x) = plane(axis) + ρ|g| cos γ − h(ρ).
-//!
-//! The largest cos γ over the box combined with any ρ of the box bounds f: the maximum is at ρ = a + r·s/√(1+s²), s =
-//! |g| cos γ.
+//! which is a + r|g|/√(1+g²) uphill of the axis. With a flat of radius a, f is concave but not strictly: the last term
+//! is dropped. The contact with the plane itself, the maximum of f without the box, is a bound as well.
 
 use super::shape::Shape;
 use crate::path::Vec3;
@@ -37,8 +32,6 @@ pub struct Bound {
     lift: f64,
     /// Vector from the axis to the contact with the plane, mm.
     uphill: [f64; 2],
-    /// Slope of the plane.
-    slope: f64,
 }
 
 impl Bound {
@@ -69,14 +62,12 @@ impl Bound {
             level: top + SLACK_MM,
             lift: shape.corner_mm * (secant - 1.0) + shape.flat_mm * slope,
             uphill: gradient.map(|g| out * g),
-            slope,
         }
     }
 
     /// Upper bound of the tip at `p`, mm; minus infinity if it is known quickly to be at most `known_mm`.
     #[inline]
     pub fn at(&self, p: [f64; 2], shape: Shape, known_mm: f64) -> f64 {
-        let Shape { flat_mm: a, corner_mm: r } = shape;
         let under = self.level + self.gradient[0] * p[0] + self.gradient[1] * p[1];
         if under + self.lift <= known_mm {
             return f64::NEG_INFINITY;
@@ -86,18 +77,23 @@ impl Bound {
         if least[0] * least[0] + least[1] * least[1] > reach * reach {
             return f64::NEG_INFINITY;
         }
-        if a > 0.0 { under + self.around(p, shape, least) } else { under + self.below_ball(p, r) }
+        under + self.below(p, shape)
     }
 
-    /// Bound of f over the box, less the height of the plane at the axis, for a ball of radius `r`.
+    /// Bound of f over the box, less the height of the plane at the axis.
     #[inline]
-    fn below_ball(&self, p: [f64; 2], r: f64) -> f64 {
+    fn below(&self, p: [f64; 2], shape: Shape) -> f64 {
+        let Shape { flat_mm: a, corner_mm: r } = shape;
         let within = |axis: usize| (p[axis] + self.uphill[axis]).clamp(self.low[axis], self.high[axis]) - p[axis];
         let off = [within(0), within(1)];
-        let rise = r * r - (off[0] * off[0] + off[1] * off[1]);
+        let square = off[0] * off[0] + off[1] * off[1];
+        let out = if a > 0.0 { square.sqrt() } else { 0.0 };
+        // How far x₀ lies beyond the flat, squared; for a ball ρ² itself.
+        let beyond = if a > 0.0 { (out - a).max(0.0).powi(2) } else { square };
+        let rise = r * r - beyond;
         if rise <= 1e-6 * r * r {
-            // x₀ is at or beyond the largest radius of the tool, where h has no finite slope: use the smaller of the
-            // contact with the plane and the highest point of the plane within the box.
+            // x₀ is at or beyond the largest radius of the tool, where h has no finite slope, or the tool has no corner
+            // radius: the smaller of the contact with the plane and the highest point of the plane within the box.
             let most = |axis: usize| {
                 let g = self.gradient[axis];
                 (g * (self.low[axis] - p[axis])).max(g * (self.high[axis] - p[axis]))
@@ -105,54 +101,19 @@ impl Bound {
             return self.lift.min(most(0) + most(1));
         }
         let root = rise.sqrt();
-        let (slope, half_bend) = (root.recip(), 0.5 / r);
+        let slope = if a > 0.0 { (1.0 - a / out).max(0.0) / root } else { root.recip() };
         let mut bound = root - r;
         for axis in [0, 1] {
             let gradient = self.gradient[axis] - slope * off[axis];
             let [low, high] = [self.low[axis] - p[axis] - off[axis], self.high[axis] - p[axis] - off[axis]];
-            let step = (r * gradient).clamp(low, high);
-            bound += self.gradient[axis] * off[axis] + step * (gradient - half_bend * step);
-        }
-        bound
-    }
-
-    /// The same for a tool with a flat; `least`: distance of the box from the axis along x and y.
-    #[inline]
-    fn around(&self, p: [f64; 2], shape: Shape, least: [f64; 2]) -> f64 {
-        let Shape { flat_mm: a, corner_mm: r } = shape;
-        let nearest = (least[0] * least[0] + least[1] * least[1]).sqrt();
-        let [x, y] = [0, 1].map(|axis| [self.low[axis] - p[axis], self.high[axis] - p[axis]]);
-        let far = |ends: [f64; 2]| (ends[0] * ends[0]).max(ends[1] * ends[1]);
-        let farthest = (far(x) + far(y)).sqrt().min(a + r);
-        let s = self.slope * if nearest == 0.0 { 1.0 } else { self.most_uphill(x, y) };
-        let touches = if s > 0.0 { a + r * s / (1.0 + s * s).sqrt() } else { 0.0 };
-        let out = touches.clamp(nearest, farthest.max(nearest));
-        let q = (out - a).max(0.0);
-        out * s - (r - (r * r - q * q).max(0.0).sqrt())
-    }
-
-    /// Largest cosine of the angle from uphill over a box beside the axis: 1 if the box crosses the uphill direction,
-    /// else at a corner.
-    #[inline]
-    fn most_uphill(&self, x: [f64; 2], y: [f64; 2]) -> f64 {
-        let [gx, gy] = self.gradient;
-        // A corner to the left of the uphill direction and one to the right; squared cosines with sign.
-        let (mut left, mut right, mut most) = ([0.0; 2], [0.0; 2], f64::NEG_INFINITY);
-        for x in x {
-            for y in y {
-                let along = gx * x + gy * y;
-                if gx * y - gy * x > 0.0 {
-                    left = [x, y];
-                } else {
-                    right = [x, y];
-                }
-                most = most.max(along * along.abs() / (x * x + y * y));
+            bound += self.gradient[axis] * off[axis];
+            if a > 0.0 {
+                bound += (gradient * low).max(gradient * high);
+            } else {
+                let step = (r * gradient).clamp(low, high);
+                bound += step * (gradient - 0.5 / r * step);
             }
         }
-        // Less than half a turn from the right one to the left one: the uphill direction lies between them.
-        if right[0] * left[1] - right[1] * left[0] > 0.0 {
-            return 1.0;
-        }
-        (most.abs().sqrt() / self.slope.max(f64::MIN_POSITIVE)).copysign(most)
+        bound.min(self.lift)
     }
 }

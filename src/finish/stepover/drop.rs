@@ -7,9 +7,10 @@
 use super::bound::Bound;
 use super::shape::Shape;
 use super::surface::{HOLLOW, RIM_CORNER, RIM_EDGE, STEEP, Surface};
-use super::touch::{Feature, Touched, touch};
+use super::touch::{Facet, Feature, Touched};
 use crate::path::Vec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Contact of the tool with the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,8 +39,8 @@ pub struct Dropper<'a> {
     shape: Shape,
     /// Indices of the triangles, leaf by leaf.
     order: Vec<u32>,
-    /// Their corners, mm, and bounds in that order.
-    triangles: Vec<[Vec3; 3]>,
+    /// The triangles and their bounds in that order.
+    facets: Vec<Facet>,
     leaves: Vec<Bound>,
     /// Which of their edges are tested for contact.
     kept: Vec<[bool; 3]>,
@@ -85,10 +86,10 @@ impl<'a> Dropper<'a> {
         }
         let leaf = |k: &u32| Bound::of(std::iter::once(&surface.triangles[*k as usize]), shape);
         let leaves = order.par_iter().map(leaf).collect();
-        let triangles = order.iter().map(|k| surface.triangles[*k as usize]).collect();
+        let facets = order.iter().map(|k| Facet::new(&surface.triangles[*k as usize], shape)).collect();
         let kept =
             order.iter().map(|k| [0, 1, 2].map(|edge| surface.marks[*k as usize] & HOLLOW << edge == 0)).collect();
-        Self { surface, shape, order, triangles, leaves, kept, nodes, parents }
+        Self { surface, shape, order, facets, leaves, kept, nodes, parents }
     }
 
     /// Shape of the tool.
@@ -112,7 +113,7 @@ impl<'a> Dropper<'a> {
             return best;
         };
         best.leaf = guess.leaf;
-        best.take(touch(&self.triangles[k as usize], p, self.shape, self.kept[k as usize]), k, guess.leaf);
+        best.take(self.facets[k as usize].touch(p, self.shape, self.kept[k as usize]), k, guess.leaf);
         let mut at = guess.leaf;
         self.descend(p, at, &mut best);
         while at > 0 {
@@ -151,22 +152,35 @@ impl<'a> Dropper<'a> {
                 }
                 continue;
             }
-            for k in first..first + node.count as usize {
-                if self.leaves[k].at(p, shape, best.tip_mm) > best.tip_mm {
-                    best.take(touch(&self.triangles[k], p, shape, self.kept[k]), k as u32, index);
-                }
+            self.visit(p, first..first + node.count as usize, index, best);
+        }
+    }
+
+    /// Touches the triangles of a leaf, the one with the highest bound first.
+    #[inline]
+    fn visit(&self, p: [f64; 2], triangles: Range<usize>, leaf: u32, best: &mut Best) {
+        let mut bounds = [f64::NEG_INFINITY; LEAF];
+        for (bound, k) in bounds.iter_mut().zip(triangles.clone()) {
+            *bound = self.leaves[k].at(p, self.shape, best.tip_mm);
+        }
+        loop {
+            let highest = (1..LEAF).fold(0, |most, k| if bounds[k] > bounds[most] { k } else { most });
+            if bounds[highest] <= best.tip_mm {
+                return;
             }
+            bounds[highest] = f64::NEG_INFINITY;
+            let k = triangles.start + highest;
+            best.take(self.facets[k].touch(p, self.shape, self.kept[k]), k as u32, leaf);
         }
     }
 
     /// Lowers the tool at many places, sorted so that consecutive ones are close and use the same part of the mesh.
     pub fn drop_all(&self, places: &[[f64; 2]]) -> Vec<Option<Contact>> {
         let tile = |x: f64| (x / self.shape.radius_mm()).floor() as i64;
-        let mut order: Vec<u32> = (0..places.len() as u32).collect();
-        order.par_sort_by_key(|k| {
-            let [x, y] = places[*k as usize];
-            (tile(x), tile(y), *k)
-        });
+        let tiles = places.par_iter().enumerate().map(|(k, [x, y])| (tile(*x), tile(*y), k as u32));
+        let mut tiles: Vec<(i64, i64, u32)> = tiles.collect();
+        tiles.par_sort_unstable();
+        let order: Vec<u32> = tiles.into_iter().map(|(_, _, k)| k).collect();
         let run = |part: &[u32]| {
             let mut best = Best::default();
             let drop = |k: &u32| {
@@ -325,7 +339,7 @@ mod tests {
             let dropper = Dropper::new(&cloud, shape);
             for k in 0..400 {
                 let p = [f64::from(k % 20) + 0.31, f64::from(k / 20) + 0.17];
-                let every = cloud.triangles.iter().filter_map(|triangle| touch(triangle, p, shape, [true; 3]));
+                let every = cloud.triangles.iter().filter_map(|t| Facet::new(t, shape).touch(p, shape, [true; 3]));
                 let expected = every.map(|touched| touched.tip_mm).reduce(f64::max);
                 assert_eq!(dropper.drop(p).map(|found| found.tip_mm), expected, "{shape:?} {p:?}");
             }
@@ -360,7 +374,7 @@ mod tests {
             for shape in SHAPES {
                 let dropper = Dropper::new(&sheet, shape);
                 for (p, found) in places.iter().zip(dropper.drop_all(&places)) {
-                    let every = sheet.triangles.iter().filter_map(|t| touch(t, *p, shape, [true; 3]));
+                    let every = sheet.triangles.iter().filter_map(|t| Facet::new(t, shape).touch(*p, shape, [true; 3]));
                     let expected = every.map(|touched| touched.tip_mm).fold(f64::NEG_INFINITY, f64::max);
                     let found = found.map_or(f64::NEG_INFINITY, |found| found.tip_mm);
                     let alone = dropper.drop(*p).map_or(f64::NEG_INFINITY, |found| found.tip_mm);

@@ -40,33 +40,59 @@ pub struct Touched {
     pub feature: Feature,
 }
 
-/// Contact of a tool above `p` with a triangle; only edges that are `kept` are tested.
-#[inline]
-pub fn touch(triangle: &[Vec3; 3], p: [f64; 2], shape: Shape, kept: [bool; 3]) -> Option<Touched> {
-    let [a, b, c] = *triangle;
-    let across = (b - a).cross(&(c - a));
-    let mut outer = [true; 3];
-    if across.z != 0.0 {
-        let n = if across.z < 0.0 { -across } else { across } / across.norm();
+/// A triangle prepared for one tool.
+#[derive(Debug, Clone, Copy)]
+pub struct Facet {
+    corners: [Vec3; 3],
+    /// Unit normal that faces upwards; zero where the triangle is upright.
+    normal: Vec3,
+    /// Do the corners run counter-clockwise seen from above?
+    left: bool,
+    /// From the axis to the contact with the plane of the facet, mm.
+    uphill: [f64; 2],
+}
+
+impl Facet {
+    /// Prepares a triangle.
+    pub fn new(corners: &[Vec3; 3], shape: Shape) -> Self {
+        let [a, b, c] = corners;
+        let across = (b - a).cross(&(c - a));
+        let left = across.z > 0.0;
+        let normal = if across.z == 0.0 { Vec3::zeros() } else { across / across.norm().copysign(across.z) };
         // Uphill is opposite to the horizontal component of the normal; on a level facet a flat bottom is tested at its
         // axis.
-        let out = if shape.flat_mm > 0.0 {
-            let sin = (n.x * n.x + n.y * n.y).sqrt();
-            if sin > 0.0 { shape.flat_mm / sin + shape.corner_mm } else { 0.0 }
-        } else {
-            shape.corner_mm
-        };
-        let (x, y) = (p[0] - out * n.x, p[1] - out * n.y);
-        let side = |a: &Vec3, b: &Vec3| ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) * across.z < 0.0;
-        outer = [side(&a, &b), side(&b, &c), side(&c, &a)];
-        if outer == [false; 3] {
-            let z = a.z - (n.x * (x - a.x) + n.y * (y - a.y)) / n.z;
-            let tip_mm = z - shape.corner_mm * (1.0 - n.z);
-            return Some(Touched { tip_mm, point: Vec3::new(x, y, z), feature: Feature::Facet });
-        }
+        let sin = normal.x.hypot(normal.y);
+        let out = if sin > 0.0 { shape.flat_mm / sin } else { 0.0 } + shape.corner_mm;
+        Self { corners: *corners, normal, left, uphill: [-out * normal.x, -out * normal.y] }
     }
-    let edges = (0..3).filter(|k| outer[*k as usize] && kept[*k as usize]).filter_map(|k| edge(triangle, k, p, shape));
-    edges.reduce(|best, other| if other.tip_mm > best.tip_mm { other } else { best })
+
+    /// Contact of a tool above `p`; only edges that are `kept` are tested.
+    #[inline]
+    pub fn touch(&self, p: [f64; 2], shape: Shape, kept: [bool; 3]) -> Option<Touched> {
+        let ([a, b, c], n) = (&self.corners, self.normal);
+        let mut outer = [true; 3];
+        if n.z > 0.0 {
+            let (x, y) = (p[0] + self.uphill[0], p[1] + self.uphill[1]);
+            let side = |a: &Vec3, b: &Vec3| {
+                let left = (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
+                if self.left { left < 0.0 } else { left > 0.0 }
+            };
+            outer = [side(a, b), side(b, c), side(c, a)];
+            if outer == [false; 3] {
+                let z = a.z - (n.x * (x - a.x) + n.y * (y - a.y)) / n.z;
+                let tip_mm = z - shape.corner_mm * (1.0 - n.z);
+                return Some(Touched { tip_mm, point: Vec3::new(x, y, z), feature: Feature::Facet });
+            }
+        }
+        let mut best: Option<Touched> = None;
+        for k in 0..3u8 {
+            if outer[usize::from(k)] && kept[usize::from(k)] {
+                let other = edge(&self.corners, k, p, shape);
+                best = best.filter(|best| other.is_none_or(|other| other.tip_mm <= best.tip_mm)).or(other);
+            }
+        }
+        best
+    }
 }
 
 /// Contact with an edge, including its ends.
@@ -167,7 +193,7 @@ mod tests {
         for shape in SHAPES {
             for k in 0..100 {
                 let p = [0.07 * f64::from(k) - 1.0, 0.05 * f64::from(k % 13)];
-                let Some(found) = touch(&triangle, p, shape, [true; 3]) else { continue };
+                let Some(found) = Facet::new(&triangle, shape).touch(p, shape, [true; 3]) else { continue };
                 let mut nearest = f64::INFINITY;
                 for i in 0..=400 {
                     for j in 0..=400 - i {
