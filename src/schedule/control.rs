@@ -23,6 +23,9 @@ use crate::path::{Curve, Vec3};
 const NORMAL_SHARE: f64 = 0.866_025_403_784_438_6;
 /// Share that is left for changing speed on it.
 const TANGENT_SHARE: f64 = 0.5;
+/// Share of the acceleration of a move that waits to be blended with the next: LinuxCNC plans parabolic blends with half of it
+/// (`tcGetOverallMaxAccel`).
+const UNBLENDED_SHARE: f64 = 0.5;
 /// Cosine of the angle between two directions below which the path counts as turning back.
 const TURN_BACK: f64 = -0.9987;
 /// A line of which less than this many servo periods is left beside the arcs at its ends is taken into the arc that follows.
@@ -47,6 +50,9 @@ pub struct Control {
     pub kink_share: f64,
     /// Does the share of a kink reduce the acceleration along both its moves?
     pub kink_slows: bool,
+    /// Does the last move before a stop, to which nothing is joined, take half of the acceleration where corners are rounded? It is
+    /// kept ready to be blended with a move that does not come.
+    pub slow_before_stop: bool,
     /// A primitive of a feed move that takes less than this time, s, goes straight from its first to its last speed and gets no faster in
     /// between.
     pub ramp_s: f64,
@@ -68,6 +74,7 @@ impl Control {
             joins_lines: linuxcnc,
             kink_share,
             kink_slows: linuxcnc,
+            slow_before_stop: linuxcnc,
             ramp_s,
             feed_changes_anywhere: false,
         }
@@ -254,6 +261,10 @@ impl Planner<'_> {
     /// Turns the waiting primitives into legs, at a stop.
     fn flush(&mut self) {
         self.close();
+        if let Some(Linked { primitive: last, .. }) = self.run.last_mut() {
+            let rounds = matches!(last.mode, PathMode::Tolerance(_) | PathMode::Continuous);
+            last.accel *= if rounds && self.rules.control.slow_before_stop { UNBLENDED_SHARE } else { 1.0 };
+        }
         self.run.drain(..).for_each(|run| self.plan.put(&run));
         if let Some(b) = self.plan.chain.point_b.last_mut() {
             *b = 0.0;
