@@ -7,7 +7,7 @@ mod surfaces;
 
 use assert_cmd::Command;
 use feedwright::finish::stepover::drop::Dropper;
-use feedwright::finish::stepover::reach::{Bounds, Terrain};
+use feedwright::finish::stepover::reach::{Bounds, ToolOnSurface};
 use feedwright::finish::stepover::section::{Beside, Ground, Section};
 use feedwright::finish::stepover::shape::Shape;
 use feedwright::finish::stepover::surface::Surface;
@@ -48,12 +48,12 @@ fn step_overs_for_five_newtons_are_those_of_the_layer_model() {
         let plane = Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] };
         let surface = Surface::of_mesh(&plane, 1.5, Vec::new());
         let dropper = Dropper::new(&surface, Shape::ball(3.0));
-        let terrain =
-            Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &|_| 0.1, one_height: false };
+        let on_surface =
+            ToolOnSurface { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &|_| 0.1, one_height: false };
         let bounds = Bounds { scallop_mm: 0.1, least_mm: 0.02, largest_mm: 1.0 };
         let (p, ahead, ask) = ([0.0, 0.0], [1.0, 0.0], [16.0, 5.0]);
-        let reach = terrain.reach(p, (ahead, [0.0, 1.0]), &bounds).unwrap();
-        let found = terrain.settled_mm(p, (ahead, [0.0, 1.0]), &reach, ask) / cos;
+        let reach = on_surface.reach(p, (ahead, [0.0, 1.0]), &bounds).unwrap();
+        let found = on_surface.settled_mm(p, (ahead, [0.0, 1.0]), &reach, ask) / cos;
         println!("{slope_deg} degrees: {found:.4} mm, {expected} mm");
         assert!((found / expected - 1.0).abs() < 0.01, "{slope_deg} degrees: {found} mm instead of {expected}");
     }

@@ -9,8 +9,8 @@ use assert_cmd::Command;
 use feedwright::finish::stepover::contour;
 use feedwright::finish::stepover::drop::Dropper;
 use feedwright::finish::stepover::levels::Grid;
-use feedwright::finish::stepover::passes::{Bind, Plan, Wish};
-use feedwright::finish::stepover::reach::{Bounds, Terrain};
+use feedwright::finish::stepover::passes::{Plan, Requirements, StepLimit};
+use feedwright::finish::stepover::reach::{Bounds, ToolOnSurface};
 use feedwright::finish::stepover::section::ball_scallop_mm;
 use feedwright::finish::stepover::shape::Shape;
 use feedwright::finish::stepover::steep::Steep;
@@ -52,17 +52,18 @@ fn plan_for(triangles: &Triangles, shape: Shape, scallop_mm: f64, shallowest_deg
     let surface = Surface::read(&surfaces::stl(triangles), 1.0, 1.5).unwrap();
     let (job, _) = setup::load(&std::fs::read_to_string(SETUP).unwrap(), Path::new("programs")).unwrap();
     let tool = &job.tools[0];
-    // The rings of the ball stand for those of the bull-nose too: no force binds here.
+    // The rings of the ball stand for those of the bull-nose too: no force limits here.
     let rings: Vec<_> = tool.profile.slices(0.1).into_iter().filter(|ring| ring.z_mm < 3.5).collect();
     let cutter =
         Cutter::new(tool, job.material(tool).unwrap(), &job.machine.spindle, &job.process, &rings, 160.0).unwrap();
     let dropper = Dropper::new(&surface, shape);
-    let terrain = Terrain { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &|_| 0.1, one_height: true };
+    let on_surface =
+        ToolOnSurface { dropper: &dropper, cutter: &cutter, rings: &rings, stock_mm: &|_| 0.1, one_height: true };
     let (low, high) = (surface.extent.min, surface.extent.max);
     let grid = Grid::new(&dropper, [low.x, low.y], [high.x, high.y], 0.5);
     let bounds = Bounds { scallop_mm, least_mm: 0.02 * shape.radius_mm(), largest_mm: shape.radius_mm() };
-    let wish = Wish { bounds, reference_n: 1e6, feeds_mm_s: vec![16.0], turn: 0.0, constant: None };
-    contour::plan(&terrain, &Steep::new(grid, shallowest_deg.to_radians()), &wish)
+    let required = Requirements { bounds, reference_n: 1e6, feeds_mm_s: vec![16.0], turn: 0.0, constant: None };
+    contour::plan(&on_surface, &Steep::new(grid, shallowest_deg.to_radians()), &required)
 }
 
 fn heights(plan: &Plan) -> Vec<f64> {
@@ -201,7 +202,7 @@ fn deepest_mm(triangles: &Triangles, shape: Shape, tips: &[Vec3]) -> f64 {
 }
 const GOUGE_MM: f64 = 0.003 + 0.0006 + 0.0007;
 
-/// Force binds all the way down a dome: it is held within a tenth, the scallop stays below its limit in the volume that is swept,
+/// Force limits all the way down a dome: it is held within a tenth, the scallop stays below its limit in the volume that is swept,
 /// nothing is cut into, and loops are arcs.
 #[test]
 fn a_dome_is_finished_at_a_constant_force() {
@@ -380,7 +381,7 @@ fn every_dialect_and_unit_is_read_back_as_the_same_loops() {
 fn a_level_of_a_cone_is_bound_all_along() {
     let plan = plan_for(&cone(45.0, 5.0), Shape::ball(3.0), 0.02, 30.0);
     for pass in &plan.passes[1..plan.passes.len() - 1] {
-        let bound = pass.stretches[0].iter().filter(|spot| spot.bind == Bind::Scallop).count();
+        let bound = pass.stretches[0].iter().filter(|spot| spot.limit == StepLimit::Scallop).count();
         assert!(bound as f64 > 0.9 * pass.stretches[0].len() as f64, "{bound} of {}", pass.stretches[0].len());
     }
 }

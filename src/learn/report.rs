@@ -61,19 +61,19 @@ pub struct Unnamed {
     /// The only effect of the list that depends on the covariate, if the curve goes the way of its law.
     pub family: Option<String>,
     /// One sentence.
-    pub said: String,
+    pub sentence: String,
 }
 
 impl Unnamed {
     /// The curve in words, with its rivals and the cuts that would separate them.
     pub fn in_words(&self) -> String {
         if self.rivals.is_empty() {
-            return self.said.clone();
+            return self.sentence.clone();
         }
         format!(
             "{}; or it follows {}, which changes together with {} in this program: the same cut at other values of one \
              of them alone shows which",
-            self.said,
+            self.sentence,
             self.rivals.join(" or "),
             self.covariate
         )

@@ -191,7 +191,7 @@ impl<'a> EffectPart<'a> {
         u.family.as_ref().map(|name| EffectPart::Curve {
             name,
             parameters: estimates(&u.added.parameters),
-            said: &u.said,
+            said: &u.sentence,
             covariate: &u.covariate,
             unit: &u.unit,
             knots: &u.knots,
@@ -230,7 +230,7 @@ impl<'a> CurvePart<'a> {
             knots: &u.knots,
             beside: u.beside.as_deref(),
             rivals: &u.rivals,
-            said: &u.said,
+            said: &u.sentence,
             p_value: u.added.p_value,
             effect: &u.added.name,
             evidence: &u.added.evidence,
@@ -421,7 +421,7 @@ mod tests {
             beside: None,
             rivals: vec!["time".into()],
             family: family.map(str::to_owned),
-            said: "s".into(),
+            sentence: "s".into(),
         }
     }
 

@@ -43,8 +43,8 @@ pub fn log_text(seen: &LogOverview, name: &str) -> String {
     for gap in &seen.gaps_s {
         text += &format!("gap       {:.1} to {:.1} s: nothing was recorded there\n", gap[0], gap[1]);
     }
-    for happened in &seen.happened {
-        text += &format!("event     {:.1} to {:.1} s: {}\n", happened.time_s[0], happened.time_s[1], happened.what);
+    for event in &seen.events {
+        text += &format!("event     {:.1} to {:.1} s: {}\n", event.time_s[0], event.time_s[1], event.what);
     }
     for warning in &seen.warnings {
         text += &format!("odd       {warning}\n");
@@ -114,7 +114,7 @@ pub fn log_json(seen: &LogOverview, name: &str) -> String {
         "step_s": seen.clock_s.map(|clock| clock[1]),
         "columns": seen.columns.iter().map(column).collect::<Vec<_>>(),
         "gaps": seen.gaps_s.iter().map(|gap| json!({"from_s": gap[0], "to_s": gap[1]})).collect::<Vec<_>>(),
-        "events": seen.happened.iter().map(|event| json!({"from_s": event.time_s[0], "to_s": event.time_s[1], "what": event.what})).collect::<Vec<_>>(),
+        "events": seen.events.iter().map(|event| json!({"from_s": event.time_s[0], "to_s": event.time_s[1], "what": event.what})).collect::<Vec<_>>(),
         "warnings": seen.warnings,
         "proposed": seen.proposed().into_iter().collect::<std::collections::BTreeMap<_, _>>(),
         "usable": seen.unusable.is_none(),

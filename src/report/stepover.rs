@@ -4,7 +4,7 @@ use super::marks::WRITTEN_BY;
 use super::number::{clock, short};
 use crate::finish::stepover::Answer;
 use crate::finish::stepover::job::{LeftOut, Program, cutting_s};
-use crate::finish::stepover::passes::{Bind, Constant, Pass, Spot};
+use crate::finish::stepover::passes::{Constant, Pass, Spot, StepLimit};
 use crate::units::{mm_min_from_mm_s, rpm_from_rps};
 use serde::Serialize;
 use std::fmt::Write;
@@ -113,14 +113,14 @@ struct PassRow {
     simulated_force_max_n: f64,
 }
 
-fn name(bind: Bind) -> &'static str {
-    match bind {
-        Bind::Force => "force",
-        Bind::Scallop => "scallop",
-        Bind::Largest => "largest step-over",
-        Bind::Least => "least step-over",
-        Bind::Neighbours => "rest of the pass",
-        Bind::Edge => "edge",
+fn name(limit: StepLimit) -> &'static str {
+    match limit {
+        StepLimit::Force => "force",
+        StepLimit::Scallop => "scallop",
+        StepLimit::Largest => "largest step-over",
+        StepLimit::Least => "least step-over",
+        StepLimit::Neighbours => "rest of the pass",
+        StepLimit::Edge => "edge",
     }
 }
 
@@ -154,8 +154,15 @@ fn side(program: &Program, scallop_limit_mm: f64, least_s: Option<[f64; 2]>) -> 
     let (plan, check) = (&program.plan, &program.check);
     let beyond = |spot: &&Spot| is_beyond(spot.scallop_mm, scallop_limit_mm);
     let all = spots(&plan.passes).count().max(1) as f64;
-    let share = |bind: Bind| 100.0 * spots(&plan.passes).filter(|spot| spot.bind == bind).count() as f64 / all;
-    let binds = [Bind::Force, Bind::Scallop, Bind::Largest, Bind::Least, Bind::Neighbours, Bind::Edge];
+    let share = |limit: StepLimit| 100.0 * spots(&plan.passes).filter(|spot| spot.limit == limit).count() as f64 / all;
+    let limits = [
+        StepLimit::Force,
+        StepLimit::Scallop,
+        StepLimit::Largest,
+        StepLimit::Least,
+        StepLimit::Neighbours,
+        StepLimit::Edge,
+    ];
     let cutting = cutting_s(plan);
     Side {
         passes: plan.passes.iter().filter(|pass| !pass.stretches.is_empty()).count(),
@@ -175,7 +182,7 @@ fn side(program: &Program, scallop_limit_mm: f64, least_s: Option<[f64; 2]>) -> 
                     program_above_percent: [above(check.time_s, along_s), above(check.time_s, any_s)],
                 }
             }),
-            bound_by_percent: binds.into_iter().map(|bind| (name(bind), share(bind))).collect(),
+            bound_by_percent: limits.into_iter().map(|limit| (name(limit), share(limit))).collect(),
         },
         simulated: least_s.map(|_| Simulated {
             force_max_n: check.largest_n.0,

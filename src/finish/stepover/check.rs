@@ -5,7 +5,7 @@
 //! the pass of each motion is used.
 
 use super::drop::Dropper;
-use super::passes::Bind;
+use super::passes::StepLimit;
 use super::path::Step;
 use super::shape::Shape;
 use super::surface::Surface;
@@ -99,7 +99,7 @@ pub fn with_saved_stock(job: &Job) -> Job {
 
 /// Pass and bound of each motion of a text. A step may be several motions; the last of these ends at the end of the
 /// step.
-fn parts(toolpath: &Toolpath, steps: &[Step]) -> Vec<Option<(u32, Bind)>> {
+fn parts(toolpath: &Toolpath, steps: &[Step]) -> Vec<Option<(u32, StepLimit)>> {
     let (mut parts, mut k) = (Vec::with_capacity(toolpath.moves.len()), 0);
     for motion in &toolpath.moves {
         parts.push(steps.get(k).and_then(|step| step.of));
@@ -169,7 +169,7 @@ pub fn check(
         let line = toolpath.moves[station.move_id.ix()].line;
         let part = parts[station.move_id.ix()];
         let length = station.length_mm();
-        let Some((pass, bind)) = part else {
+        let Some((pass, limit)) = part else {
             if force > found.links_n.0 {
                 found.links_n = (force, line);
             }
@@ -185,7 +185,7 @@ pub fn check(
             found.by_pass.resize(pass + 1, [0.0; 2]);
         }
         found.by_pass[pass][1] = found.by_pass[pass][1].max(force);
-        if bind == Bind::Force {
+        if limit == StepLimit::Force {
             found.bound_mm += length;
             sum += force * length;
             near += if (force / reference_n - 1.0).abs() <= 0.1 { length } else { 0.0 };
@@ -230,7 +230,7 @@ mod tests {
             to: Vec3::new(x, 0.0, 0.0),
             via: None,
             feed_mm_s: Some(10.0),
-            of: Some((pass, Bind::Force)),
+            of: Some((pass, StepLimit::Force)),
         };
         let steps = [step(1.0, 1), step(1.0, 2), step(2.0, 3), step(3.0, 4)];
         let of = |text: &str| {

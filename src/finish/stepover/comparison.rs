@@ -2,8 +2,8 @@
 //! plan of a constant step-over.
 
 use super::least_time::{headings, least_s};
-use super::passes::{self, Columns, Constant, Plan, Wish};
-use super::reach::{Place, Terrain};
+use super::passes::{self, Columns, Constant, Plan, Requirements};
+use super::reach::{Place, ToolOnSurface};
 use std::f64::consts::PI;
 
 /// Number of headings within the allowed slope for the lower bound.
@@ -12,29 +12,34 @@ const FAN: usize = 5;
 const ROUND: usize = 8;
 
 /// Least time of any passes, s.
-pub fn least_of_any_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
-    least_s(terrain, places, wish, &headings(PI, ROUND))
+pub fn least_of_any_s(on_surface: &ToolOnSurface, places: &[Place], required: &Requirements) -> f64 {
+    least_s(on_surface, places, required, &headings(PI, ROUND))
 }
 
 /// Least time of passes within the allowed slope, s.
-pub fn least_alike_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
-    least_s(terrain, places, wish, &headings(wish.turn.atan(), if wish.turn > 0.0 { FAN } else { 1 }))
+pub fn least_alike_s(on_surface: &ToolOnSurface, places: &[Place], required: &Requirements) -> f64 {
+    least_s(on_surface, places, required, &headings(required.turn.atan(), if required.turn > 0.0 { FAN } else { 1 }))
 }
 
 /// The best plan of one step-over and one feed that keep force and scallop at all places of the varying plan, except
 /// where even the least step-over exceeds the force. The step-over is measured from above or along the surface,
 /// whichever is faster.
-pub fn constant(terrain: &Terrain, columns: &Columns, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
+pub fn constant(
+    on_surface: &ToolOnSurface,
+    columns: &Columns,
+    required: &Requirements,
+    varying: &Plan,
+) -> Option<(Constant, f64, Plan)> {
     let best = |way: usize| {
-        let rate = |k: &usize| wish.feeds_mm_s[*k] * varying.everywhere_mm[*k][way];
-        (0..wish.feeds_mm_s.len())
+        let rate = |k: &usize| required.feeds_mm_s[*k] * varying.everywhere_mm[*k][way];
+        (0..required.feeds_mm_s.len())
             .filter(|k| varying.everywhere_mm[*k][way].is_finite())
             .reduce(|a, b| if rate(&b) > rate(&a) { b } else { a })
     };
     let plan = |step: Constant, k: usize| {
-        let feed = wish.feeds_mm_s[k];
-        let wish = Wish { feeds_mm_s: vec![feed], turn: 0.0, constant: Some(step), ..wish.clone() };
-        (step, feed, passes::plan(terrain, columns, &wish))
+        let feed = required.feeds_mm_s[k];
+        let required = Requirements { feeds_mm_s: vec![feed], turn: 0.0, constant: Some(step), ..required.clone() };
+        (step, feed, passes::plan(on_surface, columns, &required))
     };
     let above = best(0).map(|k| plan(Constant::Above(varying.everywhere_mm[k][0]), k));
     let along = best(1).map(|k| plan(Constant::Along(varying.everywhere_mm[k][1]), k));

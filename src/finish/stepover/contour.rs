@@ -1,4 +1,4 @@
-//! Passes of one height each, from the top downwards (constant z). In: a terrain, its steep part, bounds, feeds to
+//! Passes of one height each, from the top downwards (constant z). In: the tool on the surface, its steep part, bounds, feeds to
 //! choose from, a reference force. Out: the passes in order of cutting, with active bounds.
 //!
 //! At every place p of a level the next pass may step downhill by s, as far as [`Reach`] allows; that is a step down of
@@ -16,8 +16,8 @@
 use super::drop::Contact;
 use super::levels::{Curve, downhill};
 use super::order::{LevelStretch, order};
-use super::passes::{Bind, Constant, Pass, Plan, Spot, Wish, bound, feed_for};
-use super::reach::{Bounds, Reach, Terrain};
+use super::passes::{Constant, Pass, Plan, Requirements, Spot, StepLimit, bound, feed_for};
+use super::reach::{Bounds, Reach, ToolOnSurface};
 use super::section::Beside;
 use super::steep::Steep;
 use crate::numeric::bisect;
@@ -52,7 +52,7 @@ struct Below {
     /// Heading, and direction downhill.
     ways: [[f64; 2]; 2],
     /// For each feed the step down, mm, and what bounds it.
-    steps: Vec<(f64, Bind)>,
+    steps: Vec<(f64, StepLimit)>,
     /// For each feed: does the step stay on steep ground?
     whole: Vec<bool>,
     /// Distance to the lower end of the steep ground, seen from above and vertically, mm; `None` if it is beyond the
@@ -77,19 +77,20 @@ pub fn heading(down: [f64; 2]) -> [f64; 2] {
 }
 
 /// Plans the passes over the steep ground.
-pub fn plan(terrain: &Terrain, steep: &Steep, wish: &Wish) -> Plan {
-    let least_mm = wish.bounds.least_mm * steep.least_sine();
-    let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()], ..Plan::default() };
-    let (mut strands, mut before): (Vec<LevelStretch>, Option<(Level, Vec<Bind>)>) = (Vec::new(), None);
+pub fn plan(on_surface: &ToolOnSurface, steep: &Steep, required: &Requirements) -> Plan {
+    let least_mm = required.bounds.least_mm * steep.least_sine();
+    let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; required.feeds_mm_s.len()], ..Plan::default() };
+    let (mut strands, mut before): (Vec<LevelStretch>, Option<(Level, Vec<StepLimit>)>) = (Vec::new(), None);
     let (mut places, mut beyond) = (0usize, 0usize);
-    let top = |below_mm: f64| steep.highest_below(terrain.dropper, below_mm);
+    let top = |below_mm: f64| steep.highest_below(on_surface.dropper, below_mm);
     // At the very top only single points are steep: start the least step below.
     let mut next = top(f64::INFINITY).map(|top| top - least_mm);
     while let Some(height_mm) = next {
-        let level = add_level((terrain, steep, wish), height_mm, before.as_ref(), &mut strands, &mut plan.strips_mm2);
+        let level =
+            add_level((on_surface, steep, required), height_mm, before.as_ref(), &mut strands, &mut plan.strips_mm2);
         let mut below: Vec<Below> = (0..level.spots.len())
             .into_par_iter()
-            .filter_map(|k| allowed((terrain, steep, wish), (&level, k)))
+            .filter_map(|k| allowed((on_surface, steep, required), (&level, k)))
             .collect();
         lengths(&level, &mut below);
         places += below.len();
@@ -98,19 +99,19 @@ pub fn plan(terrain: &Terrain, steep: &Steep, wish: &Wish) -> Plan {
             let whole = below.iter().filter(|place| !is_beyond(place) && place.whole[k]);
             *least = [whole.map(|place| place.steps[k].0).fold(least[0], f64::min); 2];
         }
-        let step = chosen(&level, &below, wish).map(|k| {
-            settle(terrain, &level, &mut below, (wish, k));
+        let step = chosen(&level, &below, required).map(|k| {
+            settle(on_surface, &level, &mut below, (required, k));
             (k, step_down(&level, &below, k).unwrap_or(least_mm).max(least_mm))
         });
         plan.strips_mm2 += strips_mm2(&below, step.map(|(_, step)| step));
-        let binds = binds(terrain, &level, &below, step);
+        let limits = limits(on_surface, &level, &below, step);
         next = if let Some((_, step_mm)) = step {
             Some(height_mm - step_mm).filter(|_| top(height_mm).is_some())
         } else {
             let last = below.iter().filter_map(|place| place.end_mm).map(|[_, down]| down).fold(least_mm, f64::max);
             top(height_mm - last).map(|top| top - least_mm)
         };
-        before = Some((level, binds));
+        before = Some((level, limits));
     }
     plan.out_of_reach = beyond as f64 / places.max(1) as f64;
     plan.passes = order(strands)
@@ -122,20 +123,20 @@ pub fn plan(terrain: &Terrain, steep: &Steep, wish: &Wish) -> Plan {
 
 /// Does even the least step-over exceed the force at every feed?
 fn is_beyond(place: &Below) -> bool {
-    place.steps.iter().all(|(_, bind)| *bind == Bind::Least)
+    place.steps.iter().all(|(_, limit)| *limit == StepLimit::Least)
 }
 
 /// Adds the stretches of a level; the area of strips above it without a pass is added to `strips_mm2`.
 fn add_level(
-    (terrain, steep, wish): (&Terrain, &Steep, &Wish),
+    (on_surface, steep, required): (&ToolOnSurface, &Steep, &Requirements),
     height_mm: f64,
-    before: Option<&(Level, Vec<Bind>)>,
+    before: Option<&(Level, Vec<StepLimit>)>,
     strands: &mut Vec<LevelStretch>,
     strips_mm2: &mut f64,
 ) -> Level {
     let mut level = Level { spots: Vec::new(), height_mm };
-    for Curve { mut points, closed } in steep.stretches(terrain.dropper, height_mm) {
-        let find = |p: &[f64; 2]| above((terrain, steep, wish), *p, height_mm, before.map(|(level, _)| level));
+    for Curve { mut points, closed } in steep.stretches(on_surface.dropper, height_mm) {
+        let find = |p: &[f64; 2]| above((on_surface, steep, required), *p, height_mm, before.map(|(level, _)| level));
         let mut uphill: Vec<Above> = points.par_iter().map(find).collect();
         let of = |above: &Above| Some(before?.0.spots[above.pass?.1].1);
         let mut parents: Vec<usize> = uphill.iter().filter_map(of).collect();
@@ -144,10 +145,11 @@ fn add_level(
             points.reverse();
             uphill.reverse();
         }
-        let bind = |above: &Above| above.pass.and_then(|(_, k)| Some(before?.1[k])).unwrap_or(Bind::Edge);
+        let limit = |above: &Above| above.pass.and_then(|(_, k)| Some(before?.1[k])).unwrap_or(StepLimit::Edge);
         let sign = if back { -1.0 } else { 1.0 };
-        let spot =
-            |(p, above): (&[f64; 2], &Above)| spot_at((terrain, wish), (*p, height_mm), (above, bind(above)), sign);
+        let spot = |(p, above): (&[f64; 2], &Above)| {
+            spot_at((on_surface, required), (*p, height_mm), (above, limit(above)), sign)
+        };
         let spots: Vec<Spot> = points.par_iter().zip(&uphill).filter_map(spot).collect();
         *strips_mm2 += uphill.iter().map(|above| above.strip_mm).sum::<f64>() * mean_apart_mm(&points);
         parents.sort_unstable();
@@ -176,18 +178,18 @@ struct Above {
 
 /// Searches uphill from a place for the pass above.
 fn above(
-    (terrain, steep, wish): (&Terrain, &Steep, &Wish),
+    (on_surface, steep, required): (&ToolOnSurface, &Steep, &Requirements),
     p: [f64; 2],
     height_mm: f64,
     before: Option<&Level>,
 ) -> Above {
     let none = Above { pass: None, end: None, strip_mm: 0.0 };
-    let Some(contact) = terrain.dropper.drop(p) else { return none };
+    let Some(contact) = on_surface.dropper.drop(p) else { return none };
     let Some(down) = downhill(&contact) else { return none };
     let at = |by_mm: f64| [0, 1].map(|axis| p[axis] - by_mm * down[axis]);
-    let drop = |by_mm: f64| terrain.dropper.drop(at(by_mm));
+    let drop = |by_mm: f64| on_surface.dropper.drop(at(by_mm));
     let on = |by_mm: f64| drop(by_mm).is_some_and(|contact| steep.holds(&contact));
-    let far_mm = wish.bounds.largest_mm;
+    let far_mm = required.bounds.largest_mm;
     if let Some(before) = before {
         let lower = |by_mm: f64| drop(by_mm).is_some_and(|contact| contact.tip_mm < before.height_mm);
         let guess_mm = (before.height_mm - height_mm) * contact.normal.z / contact.normal.x.hypot(contact.normal.y);
@@ -202,7 +204,7 @@ fn above(
             };
             let nearest = (0..before.spots.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
             // The level curve exists there, but there may be no pass: passes end, and short stretches are left out.
-            let there = nearest.filter(|k| far(k) < 0.5 * terrain.shape().radius_mm());
+            let there = nearest.filter(|k| far(k) < 0.5 * on_surface.shape().radius_mm());
             if let Some(there) = there {
                 return Above { pass: Some((place, there)), ..none };
             }
@@ -217,62 +219,65 @@ fn above(
 
 /// A spot of a pass with its loads; `sign`: −1 with the higher ground on its left.
 fn spot_at(
-    (terrain, wish): (&Terrain, &Wish),
+    (on_surface, required): (&ToolOnSurface, &Requirements),
     (at, height_mm): ([f64; 2], f64),
-    (above, bind): (&Above, Bind),
+    (above, limit): (&Above, StepLimit),
     sign: f64,
 ) -> Option<Spot> {
-    let contact = terrain.dropper.drop(at)?;
+    let contact = on_surface.dropper.drop(at)?;
     let down = downhill(&contact)?;
     let (beside, step_mm) = if let Some((place, _)) = above.pass {
-        let tip = Vec3::new(place[0], place[1], terrain.dropper.drop(place)?.tip_mm);
+        let tip = Vec3::new(place[0], place[1], on_surface.dropper.drop(place)?.tip_mm);
         (Beside::Pass(tip), (tip - Vec3::new(at[0], at[1], height_mm)).norm())
     } else {
         let uphill = Vec3::new(-down[0], -down[1], 0.0);
-        let nowhere = contact.point + 10.0 * terrain.shape().radius_mm() * uphill;
+        let nowhere = contact.point + 10.0 * on_surface.shape().radius_mm() * uphill;
         (Beside::Edge(above.end.map_or(nowhere, |end| end + 1e-3 * uphill)), 0.0)
     };
-    let here = terrain.here(at, heading(down).map(|x| sign * x), beside)?;
-    let line = terrain.line(&here);
-    let feed_mm_s = wish.fastest_mm_s(&line);
+    let here = on_surface.here(at, heading(down).map(|x| sign * x), beside)?;
+    let line = on_surface.line(&here);
+    let feed_mm_s = required.fastest_mm_s(&line);
     let force_n = line.loads(feed_mm_s).force_xy_peak_n;
     let tip = Vec3::new(at[0], at[1], height_mm);
-    Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm: here.scallop_mm, bind, tip })
+    Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm: here.scallop_mm, limit, tip })
 }
 
 /// Allowed steps from a spot to the level below.
-fn allowed((terrain, steep, wish): (&Terrain, &Steep, &Wish), (level, spot): (&Level, usize)) -> Option<Below> {
+fn allowed(
+    (on_surface, steep, required): (&ToolOnSurface, &Steep, &Requirements),
+    (level, spot): (&Level, usize),
+) -> Option<Below> {
     let p = level.spots[spot].0.at;
-    let contact = terrain.dropper.drop(p)?;
+    let contact = on_surface.dropper.drop(p)?;
     let down = downhill(&contact)?;
     let ways = [heading(down), down];
     let slope = contact.normal.x.hypot(contact.normal.y) / contact.normal.z.max(UPRIGHT);
-    let bounds = bounds_at(&wish.bounds, &contact);
-    let drop = |by_mm: f64| terrain.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * down[axis]));
+    let bounds = bounds_at(&required.bounds, &contact);
+    let drop = |by_mm: f64| on_surface.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * down[axis]));
     let goes_down = |c: &Contact| steep.holds(c) && c.normal.x * down[0] + c.normal.y * down[1] > 0.0;
     let on = |by_mm: f64| drop(by_mm).is_some_and(|contact| goes_down(&contact));
     let deep = |by_mm: f64| drop(by_mm).map_or(0.0, |there| contact.tip_mm - there.tip_mm);
     let end = |far_mm: f64| (!on(far_mm)).then(|| bisect(on, 0.0, far_mm, HALVINGS)[0]);
-    let (reach, end, overs) = match wish.constant {
+    let (reach, end, overs) = match required.constant {
         Some(Constant::Down(step) | Constant::Above(step) | Constant::Along(step)) => {
             let over = step / slope;
-            (None, end(over), vec![(over, Bind::Neighbours)])
+            (None, end(over), vec![(over, StepLimit::Neighbours)])
         }
         None => {
             // Beyond the end the tool rolls over an edge or touches the other side of a valley: loads there do not
             // apply.
             let end = end(bounds.largest_mm);
             let largest_mm = end.unwrap_or(bounds.largest_mm).max(bounds.least_mm);
-            let reach = terrain.reach(p, (ways[0], ways[1]), &Bounds { largest_mm, ..bounds })?;
-            let overs = wish.feeds_mm_s.iter().map(|feed| bound(&reach, *feed, wish, largest_mm)).collect();
+            let reach = on_surface.reach(p, (ways[0], ways[1]), &Bounds { largest_mm, ..bounds })?;
+            let overs = required.feeds_mm_s.iter().map(|feed| bound(&reach, *feed, required, largest_mm)).collect();
             (Some(reach), end, overs)
         }
     };
-    let overs: Vec<(f64, Bind)> = overs;
+    let overs: Vec<(f64, StepLimit)> = overs;
     let whole: Vec<bool> = overs.iter().map(|(over, _)| end.is_none_or(|end| *over < END_WITHIN * end)).collect();
-    let step = |((over, bind), whole): (&(f64, Bind), &bool)| match wish.constant {
-        Some(Constant::Down(step)) => (step, *bind),
-        _ => (if *whole { deep(*over) } else { over * slope }, *bind),
+    let step = |((over, limit), whole): (&(f64, StepLimit), &bool)| match required.constant {
+        Some(Constant::Down(step)) => (step, *limit),
+        _ => (if *whole { deep(*over) } else { over * slope }, *limit),
     };
     let steps = overs.iter().zip(&whole).map(step).collect();
     let end_mm = end.map(|by_mm| [by_mm, deep(by_mm).max(0.0)]);
@@ -289,7 +294,7 @@ fn lengths(level: &Level, below: &mut [Below]) {
     }
 }
 
-/// The step down for feed number `k` of the wish, mm: the least over places that can make the whole step; for a stretch
+/// The step down for feed number `k` of the requirements, mm: the least over places that can make the whole step; for a stretch
 /// without such a place, down to its end if the remainder is wider than half the step-over before it.
 fn step_down(level: &Level, below: &[Below], k: usize) -> Option<f64> {
     let of = |place: &Below| level.spots[place.spot].1;
@@ -304,31 +309,31 @@ fn step_down(level: &Level, below: &[Below], k: usize) -> Option<f64> {
     below.chunk_by(|a, b| of(a) == of(b)).filter_map(stretch).reduce(f64::min)
 }
 
-/// Index of the feed in the wish with which the level below clears the largest area per second.
-fn chosen(level: &Level, below: &[Below], wish: &Wish) -> Option<usize> {
+/// Index of the feed in the requirements with which the level below clears the largest area per second.
+fn chosen(level: &Level, below: &[Below], required: &Requirements) -> Option<usize> {
     let rate = |k: usize| {
         let step_mm = step_down(level, below, k)?;
         let area: f64 = below.iter().map(|place| place.length_mm * step_mm / place.slope).sum();
-        let time: f64 = below.iter().map(|place| place.length_mm / feed_for(&place.steps, step_mm, wish)).sum();
+        let time: f64 = below.iter().map(|place| place.length_mm / feed_for(&place.steps, step_mm, required)).sum();
         Some((k, area / time.max(f64::MIN_POSITIVE)))
     };
-    let rates = (0..wish.feeds_mm_s.len()).filter_map(rate);
+    let rates = (0..required.feeds_mm_s.len()).filter_map(rate);
     rates.reduce(|a, b| if b.1 > a.1 { b } else { a }).map(|(k, _)| k)
 }
 
 /// Refines the steps bounded by the force that may be the least.
-fn settle(terrain: &Terrain, level: &Level, below: &mut [Below], (wish, k): (&Wish, usize)) {
+fn settle(on_surface: &ToolOnSurface, level: &Level, below: &mut [Below], (required, k): (&Requirements, usize)) {
     let Some(least) = step_down(level, below, k) else { return };
-    let ask = [wish.feeds_mm_s[k], wish.reference_n];
+    let ask = [required.feeds_mm_s[k], required.reference_n];
     let may_be = |place: &&mut Below| {
-        let (step, bind) = place.steps[k];
-        place.whole[k] && bind == Bind::Force && step < (1.0 + SETTLED_WITHIN) * least
+        let (step, limit) = place.steps[k];
+        place.whole[k] && limit == StepLimit::Force && step < (1.0 + SETTLED_WITHIN) * least
     };
     below.par_iter_mut().filter(may_be).for_each(|place| {
         let Some(reach) = &place.reach else { return };
         let p = level.spots[place.spot].0.at;
-        let over = terrain.settled_mm(p, (place.ways[0], place.ways[1]), reach, ask);
-        let tip = |by_mm: f64| terrain.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * place.ways[1][axis]));
+        let over = on_surface.settled_mm(p, (place.ways[0], place.ways[1]), reach, ask);
+        let tip = |by_mm: f64| on_surface.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * place.ways[1][axis]));
         if let (Some(from), Some(to)) = (tip(0.0), tip(over)) {
             place.steps[k].0 = from.tip_mm - to.tip_mm;
         }
@@ -341,27 +346,27 @@ fn bounds(own_mm: f64, taken_mm: f64) -> bool {
 }
 
 /// What bounds the level below each spot.
-fn binds(terrain: &Terrain, level: &Level, below: &[Below], step: Option<(usize, f64)>) -> Vec<Bind> {
-    let mut binds = vec![Bind::Edge; level.spots.len()];
-    let Some((k, taken_mm)) = step else { return binds };
-    let bind = |place: &Below| match place.steps[k] {
-        _ if is_cut_short(terrain, level, place, taken_mm) => Bind::Edge,
-        (own_mm, bind) if place.whole[k] && bounds(own_mm, taken_mm) => bind,
-        _ => Bind::Neighbours,
+fn limits(on_surface: &ToolOnSurface, level: &Level, below: &[Below], step: Option<(usize, f64)>) -> Vec<StepLimit> {
+    let mut limits = vec![StepLimit::Edge; level.spots.len()];
+    let Some((k, taken_mm)) = step else { return limits };
+    let limit = |place: &Below| match place.steps[k] {
+        _ if is_cut_short(on_surface, level, place, taken_mm) => StepLimit::Edge,
+        (own_mm, limit) if place.whole[k] && bounds(own_mm, taken_mm) => limit,
+        _ => StepLimit::Neighbours,
     };
-    let found: Vec<Bind> = below.par_iter().map(bind).collect();
-    below.iter().zip(found).for_each(|(place, bind)| binds[place.spot] = bind);
-    binds
+    let found: Vec<StepLimit> = below.par_iter().map(limit).collect();
+    below.iter().zip(found).for_each(|(place, limit)| limits[place.spot] = limit);
+    limits
 }
 
 /// Does the surface end so close below the pass that the engagement is smaller? A corner of radius r is in stock of
 /// thickness t down to √(2 r t) below the contact along the slope.
-fn is_cut_short(terrain: &Terrain, level: &Level, place: &Below, step_mm: f64) -> bool {
+fn is_cut_short(on_surface: &ToolOnSurface, level: &Level, place: &Below, step_mm: f64) -> bool {
     let p = level.spots[place.spot].0.at;
-    let Some(contact) = terrain.dropper.drop(p) else { return true };
-    let meets_mm = (2.0 * terrain.shape().corner_mm * (terrain.stock_mm)(&contact)).sqrt();
+    let Some(contact) = on_surface.dropper.drop(p) else { return true };
+    let meets_mm = (2.0 * on_surface.shape().corner_mm * (on_surface.stock_mm)(&contact)).sqrt();
     let by_mm = step_mm / place.slope + meets_mm * contact.normal.z;
-    let there = terrain.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * place.ways[1][axis]));
+    let there = on_surface.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * place.ways[1][axis]));
     there.is_none_or(|contact| contact.rim)
 }
 
@@ -376,14 +381,19 @@ fn strips_mm2(below: &[Below], step_mm: Option<f64>) -> f64 {
 
 /// The plan of the largest constant step down that keeps force and scallop at all places of the varying plan, at its
 /// best feed.
-pub fn constant(terrain: &Terrain, steep: &Steep, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
+pub fn constant(
+    on_surface: &ToolOnSurface,
+    steep: &Steep,
+    required: &Requirements,
+    varying: &Plan,
+) -> Option<(Constant, f64, Plan)> {
     let step = |k: usize| varying.everywhere_mm[k][0];
-    let rate = |k: usize| wish.feeds_mm_s[k] * step(k);
-    let feeds = (0..wish.feeds_mm_s.len()).filter(|k| step(*k).is_finite());
+    let rate = |k: usize| required.feeds_mm_s[k] * step(k);
+    let feeds = (0..required.feeds_mm_s.len()).filter(|k| step(*k).is_finite());
     let k = feeds.reduce(|a, b| if rate(b) > rate(a) { b } else { a })?;
-    let (step, feed) = (Constant::Down(step(k)), wish.feeds_mm_s[k]);
-    let wish = Wish { feeds_mm_s: vec![feed], constant: Some(step), ..wish.clone() };
-    Some((step, feed, plan(terrain, steep, &wish)))
+    let (step, feed) = (Constant::Down(step(k)), required.feeds_mm_s[k]);
+    let required = Requirements { feeds_mm_s: vec![feed], constant: Some(step), ..required.clone() };
+    Some((step, feed, plan(on_surface, steep, &required)))
 }
 
 #[cfg(test)]

@@ -6,9 +6,9 @@ use super::comparison;
 use super::drop::{Contact, Dropper};
 use super::earlier::Earlier;
 use super::layout::{Layout, PassArea};
-use super::passes::{self, Constant, Plan, Wish};
+use super::passes::{self, Constant, Plan, Requirements};
 use super::path::{self, Drawing, Step};
-use super::reach::{Bounds, Place, Terrain};
+use super::reach::{Bounds, Place, ToolOnSurface};
 use super::shape::Shape;
 use super::surface::Surface;
 use super::text::{self, Head};
@@ -204,7 +204,7 @@ pub fn run(
         Some(earlier) => earlier.thickness_mm(contact, most_mm),
         None => ask.stock_mm,
     };
-    let terrain = Terrain {
+    let on_surface = ToolOnSurface {
         dropper: &dropper,
         cutter: &cutter,
         rings: &rings,
@@ -213,13 +213,13 @@ pub fn run(
     };
     let column_mm = COLUMN_MM.min(shape.radius_mm() / 6.0);
     let Box3 { min, max } = turned.extent;
-    let pass_area = PassArea::new(&ask.layout, &terrain, [min.x, min.y], [max.x, max.y], column_mm);
+    let pass_area = PassArea::new(&ask.layout, &on_surface, [min.x, min.y], [max.x, max.y], column_mm);
     let left_out = left_out(surface, &ask.layout)?;
     let area = turned.machined_mm2();
     let places = pass_area.places((area / PLACES).sqrt());
-    let thickest_mm = thickest(&terrain, &places, most_mm)?;
-    let wish = Wish { bounds, reference_n, feeds_mm_s, turn: ask.layout.turn(), constant: None };
-    let plan = pass_area.plan(&terrain, &wish);
+    let thickest_mm = thickest(&on_surface, &places, most_mm)?;
+    let required = Requirements { bounds, reference_n, feeds_mm_s, turn: ask.layout.turn(), constant: None };
+    let plan = pass_area.plan(&on_surface, &required);
     if plan.passes.iter().all(|pass| pass.stretches.is_empty()) {
         return Err(Refusal::new(
             "no part of the surface can be machined from above with this tool",
@@ -263,22 +263,22 @@ pub fn run(
         Ok((steps, text))
     };
     // Its feeds are set for the same force, so that the times are comparable.
-    let constant = pass_area.constant(&terrain, &wish, &plan).map(|(step, feed, plan)| {
+    let constant = pass_area.constant(&on_surface, &required, &plan).map(|(step, feed, plan)| {
         let (steps, text) = write(&plan, feed, vec!["CONSTANT STEP-OVER FOR COMPARISON".into()])?;
         let check = check::timed(&text, dialect, job);
         Ok::<_, Refusal>(Rival { step, feed_mm_s: feed, program: Program { plan, steps, text, check } })
     });
     let constant = constant.transpose()?;
-    let least = |wish: &Wish| pass_area.least_alike_s(&terrain, &places, wish);
-    let least_s = [least(&wish), comparison::least_of_any_s(&terrain, &places, &wish)];
-    let more_force = Wish { reference_n: (1.0 + PRICE) * reference_n, ..wish.clone() };
+    let least = |required: &Requirements| pass_area.least_alike_s(&on_surface, &places, required);
+    let least_s = [least(&required), comparison::least_of_any_s(&on_surface, &places, &required)];
+    let more_force = Requirements { reference_n: (1.0 + PRICE) * reference_n, ..required.clone() };
     let more_scallop =
-        Wish { bounds: Bounds { scallop_mm: (1.0 + PRICE) * bounds.scallop_mm, ..bounds }, ..wish.clone() };
+        Requirements { bounds: Bounds { scallop_mm: (1.0 + PRICE) * bounds.scallop_mm, ..bounds }, ..required.clone() };
     let prices = [
         (least(&more_force) - least_s[0]) / (PRICE * reference_n),
         (least(&more_scallop) - least_s[0]) / (PRICE * 1e3 * bounds.scallop_mm),
     ];
-    let top = wish.feeds_mm_s.last().copied().unwrap_or(1.0);
+    let top = required.feeds_mm_s.last().copied().unwrap_or(1.0);
     let (steps, text) = write(&plan, top, vec![said])?;
     let check = check::check(&text, dialect, job, &piece, &steps, reference_n)?;
     let left_out = left_out.map(|left| LeftOut { strips_mm2: plan.strips_mm2, ..left });
@@ -330,8 +330,8 @@ fn closed(surface: &Surface, shape: Shape, tolerance_mm: f64) -> Result<Option<S
 }
 
 /// Largest thickness of the stock on the surface, mm; an error if there is no stock, or `most_mm` or more.
-fn thickest(terrain: &Terrain, places: &[Place], most_mm: f64) -> Result<f64, Refusal> {
-    let at = |(p, _): &Place| terrain.dropper.drop(*p).map_or(0.0, |contact| (terrain.stock_mm)(&contact));
+fn thickest(on_surface: &ToolOnSurface, places: &[Place], most_mm: f64) -> Result<f64, Refusal> {
+    let at = |(p, _): &Place| on_surface.dropper.drop(*p).map_or(0.0, |contact| (on_surface.stock_mm)(&contact));
     let thickest = places.iter().map(at).fold(0.0, f64::max);
     if !places.is_empty() && thickest <= 0.0 {
         return Err(Refusal::new(

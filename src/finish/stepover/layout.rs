@@ -1,12 +1,12 @@
-//! The two layouts of passes: side by side in one direction, or each at one height. In: the layout, a terrain, a wish.
+//! The two layouts of passes: side by side in one direction, or each at one height. In: the layout, the tool on the surface, the requirements.
 //! Out: the plan, the best plan of a constant step, the lower bound of the time, all for that layout.
 
 use super::comparison;
 use super::contour;
 use super::least_time::least_of_one_height_s;
 use super::levels::Grid;
-use super::passes::{self, Columns, Constant, Plan, Wish};
-use super::reach::{Place, Terrain};
+use super::passes::{self, Columns, Constant, Plan, Requirements};
+use super::reach::{Place, ToolOnSurface};
 use super::steep::Steep;
 
 /// Layout of the passes.
@@ -54,11 +54,11 @@ pub enum PassArea {
 
 impl PassArea {
     /// The area within a box, with columns or cells of `fine_mm`.
-    pub fn new(layout: &Layout, terrain: &Terrain, low: [f64; 2], high: [f64; 2], fine_mm: f64) -> Self {
+    pub fn new(layout: &Layout, on_surface: &ToolOnSurface, low: [f64; 2], high: [f64; 2], fine_mm: f64) -> Self {
         match layout {
-            Layout::Parallel { .. } => PassArea::Columns(Columns::new(terrain, low, high, fine_mm, 0.5 * fine_mm)),
+            Layout::Parallel { .. } => PassArea::Columns(Columns::new(on_surface, low, high, fine_mm, 0.5 * fine_mm)),
             Layout::Contour { shallowest_rad } => {
-                PassArea::Steep(Steep::new(Grid::new(terrain.dropper, low, high, fine_mm), *shallowest_rad))
+                PassArea::Steep(Steep::new(Grid::new(on_surface.dropper, low, high, fine_mm), *shallowest_rad))
             }
         }
     }
@@ -72,26 +72,31 @@ impl PassArea {
     }
 
     /// Plans the passes.
-    pub fn plan(&self, terrain: &Terrain, wish: &Wish) -> Plan {
+    pub fn plan(&self, on_surface: &ToolOnSurface, required: &Requirements) -> Plan {
         match self {
-            PassArea::Columns(columns) => passes::plan(terrain, columns, wish),
-            PassArea::Steep(steep) => contour::plan(terrain, steep, wish),
+            PassArea::Columns(columns) => passes::plan(on_surface, columns, required),
+            PassArea::Steep(steep) => contour::plan(on_surface, steep, required),
         }
     }
 
     /// The best plan of one step and one feed that keep force and scallop at all places of the varying plan.
-    pub fn constant(&self, terrain: &Terrain, wish: &Wish, varying: &Plan) -> Option<(Constant, f64, Plan)> {
+    pub fn constant(
+        &self,
+        on_surface: &ToolOnSurface,
+        required: &Requirements,
+        varying: &Plan,
+    ) -> Option<(Constant, f64, Plan)> {
         match self {
-            PassArea::Columns(columns) => comparison::constant(terrain, columns, wish, varying),
-            PassArea::Steep(steep) => contour::constant(terrain, steep, wish, varying),
+            PassArea::Columns(columns) => comparison::constant(on_surface, columns, required, varying),
+            PassArea::Steep(steep) => contour::constant(on_surface, steep, required, varying),
         }
     }
 
     /// Lower bound of the time of passes with this layout, s.
-    pub fn least_alike_s(&self, terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
+    pub fn least_alike_s(&self, on_surface: &ToolOnSurface, places: &[Place], required: &Requirements) -> f64 {
         match self {
-            PassArea::Columns(_) => comparison::least_alike_s(terrain, places, wish),
-            PassArea::Steep(_) => least_of_one_height_s(terrain, places, wish),
+            PassArea::Columns(_) => comparison::least_alike_s(on_surface, places, required),
+            PassArea::Steep(_) => least_of_one_height_s(on_surface, places, required),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Lower bound of the time of any passes over a surface. In: a terrain, places on it with their areas, limits, allowed
+//! Lower bound of the time of any passes over a surface. In: the tool on the surface, places on it with their areas, limits, allowed
 //! headings. Out: a time that no plan of such passes can be below.
 //!
 //! A pass at feed f along heading d with step-over s clears the area f·s/l per second seen from above, with l the
@@ -11,8 +11,8 @@
 
 use super::contour::{bounds_at, heading};
 use super::levels::downhill;
-use super::passes::Wish;
-use super::reach::{Bounds, Place, Terrain};
+use super::passes::Requirements;
+use super::reach::{Bounds, Place, ToolOnSurface};
 use rayon::prelude::*;
 
 /// `count` headings spread evenly within ±`half_rad` of +X; all round if that is π or more.
@@ -27,22 +27,28 @@ pub fn headings(half_rad: f64, count: usize) -> Vec<[f64; 2]> {
 }
 
 /// Least time over the places, s; places that no pass can cut do not count. `headings`: those allowed.
-pub fn least_s(terrain: &Terrain, places: &[Place], wish: &Wish, headings: &[[f64; 2]]) -> f64 {
+pub fn least_s(on_surface: &ToolOnSurface, places: &[Place], required: &Requirements, headings: &[[f64; 2]]) -> f64 {
     let time = |(p, area): &Place| {
         let ways = headings.iter().flat_map(|d| [1.0, -1.0].map(|side| (*d, [-side * d[1], side * d[0]])));
-        time_s(*area, ways.filter_map(|(heading, side)| rate(terrain, *p, (heading, side), (wish, &wish.bounds))))
+        time_s(
+            *area,
+            ways.filter_map(|(heading, side)| rate(on_surface, *p, (heading, side), (required, &required.bounds))),
+        )
     };
     let times: Vec<f64> = places.par_iter().map(time).collect();
     times.iter().sum()
 }
 
 /// Least time of passes of one height over the places, s; their step-overs are bounded along the surface.
-pub fn least_of_one_height_s(terrain: &Terrain, places: &[Place], wish: &Wish) -> f64 {
+pub fn least_of_one_height_s(on_surface: &ToolOnSurface, places: &[Place], required: &Requirements) -> f64 {
     let time = |(p, area): &Place| {
-        let Some(contact) = terrain.dropper.drop(*p) else { return 0.0 };
-        let bounds = bounds_at(&wish.bounds, &contact);
+        let Some(contact) = on_surface.dropper.drop(*p) else { return 0.0 };
+        let bounds = bounds_at(&required.bounds, &contact);
         let down = downhill(&contact);
-        time_s(*area, down.and_then(|down| rate(terrain, *p, (heading(down), down), (wish, &bounds))).into_iter())
+        time_s(
+            *area,
+            down.and_then(|down| rate(on_surface, *p, (heading(down), down), (required, &bounds))).into_iter(),
+        )
     };
     let times: Vec<f64> = places.par_iter().map(time).collect();
     times.iter().sum()
@@ -56,14 +62,14 @@ fn time_s(area_mm2: f64, rates: impl Iterator<Item = f64>) -> f64 {
 
 /// Largest area per second that a pass clears at a place, seen from above, mm²/s.
 fn rate(
-    terrain: &Terrain,
+    on_surface: &ToolOnSurface,
     p: [f64; 2],
     (heading, side): ([f64; 2], [f64; 2]),
-    (wish, bounds): (&Wish, &Bounds),
+    (required, bounds): (&Requirements, &Bounds),
 ) -> Option<f64> {
-    let reach = terrain.reach(p, (heading, side), bounds)?;
-    let by_feed = wish.feeds_mm_s.iter().map(|feed| feed * reach.step_mm(*feed, wish.reference_n).0);
-    let by_step = reach.steps().iter().map(|(step, line)| step * wish.fastest_mm_s(line));
+    let reach = on_surface.reach(p, (heading, side), bounds)?;
+    let by_feed = required.feeds_mm_s.iter().map(|feed| feed * reach.step_mm(*feed, required.reference_n).0);
+    let by_step = reach.steps().iter().map(|(step, line)| step * required.fastest_mm_s(line));
     Some(by_feed.chain(by_step).fold(0.0, f64::max) / reach.longer)
 }
 

@@ -67,7 +67,7 @@ fn start(strand: &LevelStretch, from: Option<[f64; 2]>) -> (usize, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::passes::Bind;
+    use super::super::passes::StepLimit;
     use super::*;
     use crate::path::Vec3;
 
@@ -78,7 +78,7 @@ mod tests {
             feed_mm_s: 1.0,
             force_n: 0.0,
             scallop_mm: 0.0,
-            bind: Bind::Edge,
+            limit: StepLimit::Edge,
             tip: Vec3::new(at[0], at[1], height_mm),
         };
         LevelStretch {

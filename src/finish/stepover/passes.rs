@@ -1,4 +1,4 @@
-//! Passes side by side. In: a terrain, bounds, feeds to choose from, a reference force. Out: passes as curves y(x) with
+//! Passes side by side. In: the tool on the surface, bounds, feeds to choose from, a reference force. Out: passes as curves y(x) with
 //! feeds and active bounds.
 //!
 //! The frame is rotated so that passes run along X and follow each other towards +Y. It is divided into columns along
@@ -16,7 +16,7 @@
 //! a smaller step-over than its feed allows, the feed is raised as far as the force permits. The candidate that clears
 //! the largest area per second becomes the next pass.
 
-use super::reach::{Bounds, Place, Reach, Terrain};
+use super::reach::{Bounds, Place, Reach, ToolOnSurface};
 use super::section::Beside;
 use crate::force::{Cap, LoadLine};
 use crate::machine::LimitKind;
@@ -27,7 +27,7 @@ use rayon::prelude::*;
 
 /// Limits and choices for the passes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wish {
+pub struct Requirements {
     /// Bounds of step-over and scallop.
     pub bounds: Bounds,
     /// Reference force, which is not exceeded, N.
@@ -40,7 +40,7 @@ pub struct Wish {
     pub constant: Option<Constant>,
 }
 
-impl Wish {
+impl Requirements {
     /// Highest feed with at most the reference force, mm/s, between [`FEED_CHANGE_MIN`] times the largest feed and the
     /// largest feed.
     pub fn fastest_mm_s(&self, line: &LoadLine) -> f64 {
@@ -67,7 +67,7 @@ pub enum Constant {
 
 /// What bounds the step-over at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bind {
+pub enum StepLimit {
     /// The reference force.
     Force,
     /// The scallop limit.
@@ -89,14 +89,14 @@ pub struct Spot {
     pub at: [f64; 2],
     /// Step-over from the pass before, mm: seen from above; for passes of one height along the surface; 0 at an edge.
     pub step_mm: f64,
-    /// Feed with the reference force, at most the largest feed of the wish, mm/s.
+    /// Feed with the reference force, at most the largest feed of the requirements, mm/s.
     pub feed_mm_s: f64,
     /// Predicted force at that feed, N.
     pub force_n: f64,
     /// Scallop towards the pass before, mm.
     pub scallop_mm: f64,
     /// What bounds it.
-    pub bind: Bind,
+    pub limit: StepLimit,
     /// Tip, mm.
     pub tip: Vec3,
 }
@@ -117,7 +117,7 @@ pub struct Pass {
 pub struct Plan {
     /// In the order of cutting: towards +Y, or downwards.
     pub passes: Vec<Pass>,
-    /// For each feed of the wish the largest step-over allowed at all places (except those out of reach), mm: seen from
+    /// For each feed of the requirements the largest step-over allowed at all places (except those out of reach), mm: seen from
     /// above, and along the surface; for passes of one height twice the largest step down.
     pub everywhere_mm: Vec<[f64; 2]>,
     /// Share of the places where even the least step-over exceeds the force.
@@ -147,14 +147,14 @@ const HALVINGS: u32 = 12;
 
 impl Columns {
     /// Finds where the tool touches the machined surface, in columns `column_mm` apart and rows `fine_mm` apart.
-    pub fn new(terrain: &Terrain, low: [f64; 2], high: [f64; 2], column_mm: f64, fine_mm: f64) -> Self {
-        let reach = terrain.shape().radius_mm();
+    pub fn new(on_surface: &ToolOnSurface, low: [f64; 2], high: [f64; 2], column_mm: f64, fine_mm: f64) -> Self {
+        let reach = on_surface.shape().radius_mm();
         let count = ((high[0] - low[0] + 2.0 * reach) / column_mm).ceil() as usize + 1;
         let first_mm = low[0] - reach;
         let rows = ((high[1] - low[1] + 2.0 * reach) / fine_mm).ceil() as usize + 1;
         let column = |i: usize| {
             let x = first_mm + i as f64 * column_mm;
-            let on = |y: f64| terrain.dropper.drop([x, y]).is_some_and(|contact| !contact.rim);
+            let on = |y: f64| on_surface.dropper.drop([x, y]).is_some_and(|contact| !contact.rim);
             let at = |j: usize| low[1] - reach + j as f64 * fine_mm;
             let (mut found, mut begin, mut before) = (Vec::new(), None, false);
             for j in 0..=rows {
@@ -217,48 +217,51 @@ fn border(on: &dyn Fn(f64) -> bool, out: f64, inside: f64) -> f64 {
 /// Allowed step-overs of a column for the next pass.
 struct Allowed {
     /// For each feed the step-over, mm, and what bounds it; empty in a gap.
-    steps: Vec<(f64, Bind)>,
+    steps: Vec<(f64, StepLimit)>,
     reach: Option<Reach>,
 }
 
 /// Plans the passes over the columns.
-pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
+pub fn plan(on_surface: &ToolOnSurface, columns: &Columns, required: &Requirements) -> Plan {
     let count = columns.stretches.len();
-    let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; wish.feeds_mm_s.len()], ..Plan::default() };
+    let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; required.feeds_mm_s.len()], ..Plan::default() };
     let begin: Vec<f64> = (0..count).map(|i| columns.next(i, f64::NEG_INFINITY)).collect();
-    let half = (terrain.shape().radius_mm() / columns.column_mm).round() as usize;
-    let mut curve = below(&begin, wish.turn, columns.column_mm, half);
-    let mut binds = vec![Bind::Edge; count];
+    let half = (on_surface.shape().radius_mm() / columns.column_mm).round() as usize;
+    let mut curve = below(&begin, required.turn, columns.column_mm, half);
+    let mut limits = vec![StepLimit::Edge; count];
     let (mut places, mut beyond) = (0usize, 0usize);
     let mut before: Option<Vec<f64>> = None;
     while curve.iter().any(|y| y.is_finite()) {
         let heading = way(plan.passes.len());
-        plan.passes.push(pass_along((terrain, columns, wish), &curve, before.as_deref(), &binds, heading));
+        plan.passes.push(pass_along((on_surface, columns, required), &curve, before.as_deref(), &limits, heading));
         let ahead = headings(&curve, columns.column_mm, way(plan.passes.len()));
         let column = |i: usize| {
             let mut allowed = Allowed { steps: Vec::new(), reach: None };
             let Some(_) = columns.stretch(i, curve[i]) else { return allowed };
             let at = [columns.x(i), curve[i]];
-            match wish.constant {
-                None => allowed.reach = terrain.reach(at, (ahead[i], [0.0, 1.0]), &wish.bounds),
-                Some(Constant::Above(step)) => allowed.steps = vec![(step, Bind::Neighbours)],
+            match required.constant {
+                None => allowed.reach = on_surface.reach(at, (ahead[i], [0.0, 1.0]), &required.bounds),
+                Some(Constant::Above(step)) => allowed.steps = vec![(step, StepLimit::Neighbours)],
                 Some(Constant::Along(step)) => {
-                    let leans = terrain.leans(at, ahead[i]).unwrap_or(1.0);
-                    allowed.steps = vec![(step * leans, Bind::Neighbours)];
+                    let leans = on_surface.leans(at, ahead[i]).unwrap_or(1.0);
+                    allowed.steps = vec![(step * leans, StepLimit::Neighbours)];
                 }
                 // Parallel passes step to the side.
                 Some(Constant::Down(_)) => {}
             }
             if let Some(reach) = &allowed.reach {
-                allowed.steps =
-                    wish.feeds_mm_s.iter().map(|f| bound(reach, *f, wish, wish.bounds.largest_mm)).collect();
+                allowed.steps = required
+                    .feeds_mm_s
+                    .iter()
+                    .map(|f| bound(reach, *f, required, required.bounds.largest_mm))
+                    .collect();
             }
             allowed
         };
         let mut allowed: Vec<Allowed> = (0..count).into_par_iter().map(column).collect();
         for (allowed, reach) in allowed.iter().filter_map(|allowed| Some((allowed, allowed.reach.as_ref()?))) {
             places += 1;
-            if allowed.steps.iter().all(|(_, bind)| *bind == Bind::Least) {
+            if allowed.steps.iter().all(|(_, limit)| *limit == StepLimit::Least) {
                 beyond += 1;
                 continue;
             }
@@ -266,18 +269,18 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
                 *least = [least[0].min(*step), least[1].min(*step / reach.leans)];
             }
         }
-        let best = chosen(columns, &curve, &allowed, (wish, half));
+        let best = chosen(columns, &curve, &allowed, (required, half));
         let settle = |(i, allowed): (usize, &mut Allowed)| {
             let k = best[i];
             let (Some(reach), Some(step)) = (&allowed.reach, allowed.steps.get_mut(k)) else { return };
-            if step.1 == Bind::Force {
-                let ask = [wish.feeds_mm_s[k], wish.reference_n];
-                step.0 = terrain.settled_mm([columns.x(i), curve[i]], (ahead[i], [0.0, 1.0]), reach, ask);
+            if step.1 == StepLimit::Force {
+                let ask = [required.feeds_mm_s[k], required.reference_n];
+                step.0 = on_surface.settled_mm([columns.x(i), curve[i]], (ahead[i], [0.0, 1.0]), reach, ask);
             }
         };
         allowed.par_iter_mut().enumerate().for_each(settle);
-        let NextPass { next, binds: bound_by, .. } = next_pass(columns, &curve, &allowed, &best, (wish, half));
-        binds = bound_by;
+        let NextPass { next, limits: bound_by, .. } = next_pass(columns, &curve, &allowed, &best, (required, half));
+        limits = bound_by;
         before = Some(std::mem::replace(&mut curve, next));
     }
     plan.out_of_reach = beyond as f64 / places.max(1) as f64;
@@ -285,21 +288,21 @@ pub fn plan(terrain: &Terrain, columns: &Columns, wish: &Wish) -> Plan {
 }
 
 /// The step-over allowed at a feed, at most `largest_mm`, and what bounds it.
-pub fn bound(reach: &Reach, feed_mm_s: f64, wish: &Wish, largest_mm: f64) -> (f64, Bind) {
-    let (step, within) = reach.step_mm(feed_mm_s, wish.reference_n);
-    let bind = match step {
-        _ if !within => Bind::Least,
-        step if step < reach.by_scallop_mm => Bind::Force,
-        step if step < largest_mm => Bind::Scallop,
-        _ => Bind::Largest,
+pub fn bound(reach: &Reach, feed_mm_s: f64, required: &Requirements, largest_mm: f64) -> (f64, StepLimit) {
+    let (step, within) = reach.step_mm(feed_mm_s, required.reference_n);
+    let limit = match step {
+        _ if !within => StepLimit::Least,
+        step if step < reach.by_scallop_mm => StepLimit::Force,
+        step if step < largest_mm => StepLimit::Scallop,
+        _ => StepLimit::Largest,
     };
-    (step, bind)
+    (step, limit)
 }
 
-/// For each column the index of the feed in the wish with which the next pass clears the largest area per second.
-fn chosen(columns: &Columns, curve: &[f64], allowed: &[Allowed], rules: (&Wish, usize)) -> Vec<usize> {
-    let (wish, count) = (rules.0, rules.0.feeds_mm_s.len());
-    let product = |steps: &[(f64, Bind)], k: usize| wish.feeds_mm_s[k] * steps[k].0;
+/// For each column the index of the feed in the requirements with which the next pass clears the largest area per second.
+fn chosen(columns: &Columns, curve: &[f64], allowed: &[Allowed], rules: (&Requirements, usize)) -> Vec<usize> {
+    let (required, count) = (rules.0, rules.0.feeds_mm_s.len());
+    let product = |steps: &[(f64, StepLimit)], k: usize| required.feeds_mm_s[k] * steps[k].0;
     let own = |allowed: &Allowed| {
         let steps = &allowed.steps;
         (0..steps.len()).reduce(|a, b| if product(steps, b) > product(steps, a) { b } else { a }).unwrap_or(0)
@@ -317,8 +320,8 @@ fn chosen(columns: &Columns, curve: &[f64], allowed: &[Allowed], rules: (&Wish, 
 
 /// Feed with the reference force at a step-over, mm/s, interpolated between the two feeds whose allowed steps enclose
 /// it.
-pub fn feed_for(steps: &[(f64, Bind)], step_mm: f64, wish: &Wish) -> f64 {
-    let feeds = &wish.feeds_mm_s;
+pub fn feed_for(steps: &[(f64, StepLimit)], step_mm: f64, required: &Requirements) -> f64 {
+    let feeds = &required.feeds_mm_s;
     let Some(k) = (0..steps.len()).rev().find(|k| steps[*k].0 >= step_mm - 1e-9) else {
         return feeds.first().copied().unwrap_or(1.0);
     };
@@ -331,48 +334,48 @@ pub fn feed_for(steps: &[(f64, Bind)], step_mm: f64, wish: &Wish) -> f64 {
 #[derive(Default)]
 struct NextPass {
     next: Vec<f64>,
-    binds: Vec<Bind>,
+    limits: Vec<StepLimit>,
     /// Machined area between the passes, mm².
     gain_mm2: f64,
     /// Time along the next pass, s.
     time_s: f64,
 }
 
-/// The next pass if column i uses feed number `feeds[i]` of the wish.
+/// The next pass if column i uses feed number `feeds[i]` of the requirements.
 fn next_pass(
     columns: &Columns,
     curve: &[f64],
     allowed: &[Allowed],
     feeds: &[usize],
-    (wish, half): (&Wish, usize),
+    (required, half): (&Requirements, usize),
 ) -> NextPass {
     let column = |i: usize| {
         let y = curve[i];
-        let Some([_, end]) = columns.stretch(i, y) else { return (columns.next(i, y), Bind::Edge) };
+        let Some([_, end]) = columns.stretch(i, y) else { return (columns.next(i, y), StepLimit::Edge) };
         let known = allowed[i].steps.get(feeds[i]).copied();
-        let (step, bind) = known.unwrap_or((wish.bounds.least_mm, Bind::Edge));
+        let (step, limit) = known.unwrap_or((required.bounds.least_mm, StepLimit::Edge));
         if y + step <= end {
-            (y + step, bind)
+            (y + step, limit)
         } else if end - y > 0.5 * step {
-            (end, Bind::Edge)
+            (end, StepLimit::Edge)
         } else {
-            (columns.next(i, y), Bind::Edge)
+            (columns.next(i, y), StepLimit::Edge)
         }
     };
-    let (tops, mut binds): (Vec<f64>, Vec<Bind>) = (0..curve.len()).map(column).unzip();
-    let next = below(&tops, wish.turn, columns.column_mm, half);
+    let (tops, mut limits): (Vec<f64>, Vec<StepLimit>) = (0..curve.len()).map(column).unzip();
+    let next = below(&tops, required.turn, columns.column_mm, half);
     let (mut gain_mm2, mut time_s) = (0.0, 0.0);
     for i in 0..curve.len() {
         if next[i] < tops[i] - 1e-9 && tops[i].is_finite() {
-            binds[i] = Bind::Neighbours;
+            limits[i] = StepLimit::Neighbours;
         }
         if columns.on(i, curve[i]) && next[i].is_finite() {
             gain_mm2 += (next[i] - curve[i]) * columns.column_mm;
             let longer = allowed[i].reach.as_ref().map_or(1.0, |reach| reach.longer);
-            time_s += longer * columns.column_mm / feed_for(&allowed[i].steps, next[i] - curve[i], wish);
+            time_s += longer * columns.column_mm / feed_for(&allowed[i].steps, next[i] - curve[i], required);
         }
     }
-    NextPass { next, binds, gain_mm2, time_s }
+    NextPass { next, limits, gain_mm2, time_s }
 }
 
 /// Running mean of the running minimum, both over `half` columns either way: nowhere above the curve, without its fine
@@ -418,10 +421,10 @@ fn headings(curve: &[f64], column_mm: f64, way: f64) -> Vec<[f64; 2]> {
 
 /// A pass along a curve, with loads at its spots.
 fn pass_along(
-    (terrain, columns, wish): (&Terrain, &Columns, &Wish),
+    (on_surface, columns, required): (&ToolOnSurface, &Columns, &Requirements),
     curve: &[f64],
     before: Option<&[f64]>,
-    binds: &[Bind],
+    limits: &[StepLimit],
     way: f64,
 ) -> Pass {
     let ahead = headings(curve, columns.column_mm, way);
@@ -430,18 +433,18 @@ fn pass_along(
         let [from, _] = columns.stretch(i, curve[i])?;
         // The pass before is on the same stretch; otherwise the stock starts at the end of the stretch.
         let beside = before.map(|before| before[i]).filter(|y| *y >= from - 1e-6).and_then(|y| {
-            let tip = terrain.dropper.drop([at[0], y])?.tip_mm;
+            let tip = on_surface.dropper.drop([at[0], y])?.tip_mm;
             Some((Beside::Pass(Vec3::new(at[0], y, tip)), curve[i] - y))
         });
-        let contact = terrain.dropper.drop([at[0], from])?;
+        let contact = on_surface.dropper.drop([at[0], from])?;
         let (beside, step_mm) = beside.unwrap_or((Beside::Edge(contact.point - 1e-3 * Vec3::y()), 0.0));
-        let here = terrain.here(at, ahead[i], beside)?;
-        let line = terrain.line(&here);
-        let feed_mm_s = wish.fastest_mm_s(&line);
+        let here = on_surface.here(at, ahead[i], beside)?;
+        let line = on_surface.line(&here);
+        let feed_mm_s = required.fastest_mm_s(&line);
         let force_n = line.loads(feed_mm_s).force_xy_peak_n;
-        let bind = if step_mm > 0.0 { binds[i] } else { Bind::Edge };
+        let limit = if step_mm > 0.0 { limits[i] } else { StepLimit::Edge };
         let scallop_mm = here.scallop_mm;
-        Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm, bind, tip: here.tip })
+        Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm, limit, tip: here.tip })
     };
     let spots: Vec<Option<Spot>> = (0..curve.len()).into_par_iter().map(spot).collect();
     let mut stretches: Vec<Vec<Spot>> = Vec::new();

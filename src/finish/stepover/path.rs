@@ -6,7 +6,7 @@
 use super::drop::Dropper;
 use super::fit::{Part, fit};
 use super::levels::onto;
-use super::passes::{Bind, Pass, Plan, Spot};
+use super::passes::{Pass, Plan, Spot, StepLimit};
 use crate::path::Vec3;
 
 /// One motion of the tip.
@@ -19,7 +19,7 @@ pub struct Step {
     /// Feed, mm/s; `None`: rapid.
     pub feed_mm_s: Option<f64>,
     /// Its pass, and what bounds the step-over there; `None`: a lead or link.
-    pub of: Option<(u32, Bind)>,
+    pub of: Option<(u32, StepLimit)>,
 }
 
 /// How the motions are drawn.
@@ -73,7 +73,7 @@ fn rapid(to: Vec3) -> Step {
 struct Piece {
     to: Vec3,
     via: Option<Vec3>,
-    bind: Bind,
+    limit: StepLimit,
 }
 
 /// A stretch as lines and arcs within the tolerance, each with what bounds the pass at its end; the first is where it
@@ -87,15 +87,15 @@ fn line(pass: &Pass, stretch: &[Spot], dropper: &Dropper, drawing: &Drawing) -> 
         points.reverse();
     }
     let places: Vec<Vec3> = points.iter().map(|(at, _)| *at).collect();
-    let first = points.first().map(|(to, bind)| Piece { to: *to, via: None, bind: *bind });
-    let part = |part: Part| Piece { to: points[part.to].0, via: part.via, bind: points[part.to].1 };
+    let first = points.first().map(|(to, limit)| Piece { to: *to, via: None, limit: *limit });
+    let part = |part: Part| Piece { to: points[part.to].0, via: part.via, limit: points[part.to].1 };
     first.into_iter().chain(fit(&places, drawing.tolerance_mm, drawing.arcs).into_iter().map(part)).collect()
 }
 
 /// Points of the tip between the spots.
-fn finely(stretch: &[Spot], dropper: &Dropper) -> Vec<(Vec3, Bind)> {
+fn finely(stretch: &[Spot], dropper: &Dropper) -> Vec<(Vec3, StepLimit)> {
     let fine = FINE_MM.min(0.1 * dropper.shape().radius_mm());
-    let mut points: Vec<(Vec3, Bind)> = Vec::new();
+    let mut points: Vec<(Vec3, StepLimit)> = Vec::new();
     for (k, two) in stretch.windows(2).enumerate() {
         let [a, b] = [two[0], two[1]];
         let parts = ((b.at[0] - a.at[0]).hypot(b.at[1] - a.at[1]) / fine).ceil().max(1.0) as usize;
@@ -104,7 +104,7 @@ fn finely(stretch: &[Spot], dropper: &Dropper) -> Vec<(Vec3, Bind)> {
             let p = [0, 1].map(|axis| a.at[axis] + t * (b.at[axis] - a.at[axis]));
             let known = if t < 0.5 { &a } else { &b };
             let tip = dropper.drop(p).map_or(known.tip.z, |contact| contact.tip_mm);
-            points.push((Vec3::new(p[0], p[1], tip), known.bind));
+            points.push((Vec3::new(p[0], p[1], tip), known.limit));
         }
     }
     points
@@ -112,7 +112,7 @@ fn finely(stretch: &[Spot], dropper: &Dropper) -> Vec<(Vec3, Bind)> {
 
 /// Points of a pass of one height between the spots, so close that the curve deviates from its chords by less than half
 /// the tolerance.
-fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, Bind)> {
+fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, StepLimit)> {
     let fine = FINE_MM.min(0.1 * dropper.shape().radius_mm());
     let place = |p: [f64; 2]| {
         let Some(contact) = dropper.drop(p) else { return Vec3::new(p[0], p[1], level_mm) };
@@ -122,7 +122,7 @@ fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm
         Vec3::new(p[0], p[1], if into_mm > OFF_LEVEL * tolerance_mm { contact.tip_mm } else { level_mm })
     };
     let Some(first) = stretch.first() else { return Vec::new() };
-    let mut points = vec![(place(first.at), first.bind)];
+    let mut points = vec![(place(first.at), first.limit)];
     for two in stretch.windows(2) {
         let ends = [two[0].at, two[1].at];
         let parts = ((ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]) / fine).ceil().max(1.0) as usize;
@@ -131,8 +131,8 @@ fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm
         halve(ends, (level_mm, dropper), halves, &mut between);
         between.push(ends[1]);
         let count = between.len();
-        let bind = |k: usize| if 2 * k < count { two[0].bind } else { two[1].bind };
-        points.extend(between.into_iter().enumerate().map(|(k, p)| (place(p), bind(k))));
+        let limit = |k: usize| if 2 * k < count { two[0].limit } else { two[1].limit };
+        points.extend(between.into_iter().enumerate().map(|(k, p)| (place(p), limit(k))));
     }
     points
 }
@@ -186,7 +186,7 @@ fn put(steps: &mut Vec<Step>, line: &[Piece], (pass, feed): (u32, f64), dropper:
     }
     steps.extend(lead_in.iter().map(|to| air(*to)));
     let piece =
-        |piece: &Piece| Step { to: piece.to, via: piece.via, feed_mm_s: Some(feed), of: Some((pass, piece.bind)) };
+        |piece: &Piece| Step { to: piece.to, via: piece.via, feed_mm_s: Some(feed), of: Some((pass, piece.limit)) };
     steps.extend(line.iter().skip(1).map(piece));
     let back = tangent(last.to, last.via, before_last.to);
     steps.extend(lead(last.to, back, radius, dropper).into_iter().skip(1).map(air));

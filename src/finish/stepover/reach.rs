@@ -39,7 +39,7 @@ pub struct Bounds {
 pub type Place = ([f64; 2], f64);
 
 /// A tool, a surface, and the stock on it. The frame is rotated so that passes run along X.
-pub struct Terrain<'a> {
+pub struct ToolOnSurface<'a> {
     /// Drop-cutter of tool and surface.
     pub dropper: &'a Dropper<'a>,
     /// Force model of the tool at its speed.
@@ -79,7 +79,7 @@ pub struct ToolAt {
     section: Section,
 }
 
-impl Terrain<'_> {
+impl ToolOnSurface<'_> {
     /// Shape of the tool.
     pub fn shape(&self) -> Shape {
         self.dropper.shape()

@@ -208,7 +208,7 @@ fn described(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
         beside: beside.map(|other| other.effect.name.to_owned()),
         rivals: Vec::new(),
         family: family.filter(|_| beside.is_none()).map(|effect| effect.name.to_owned()),
-        said: if covariate == Covariate::Tool {
+        sentence: if covariate == Covariate::Tool {
             sentence_of_tools(what, &knots)
         } else {
             sentence(what, covariate.name(), unit, &knots)
@@ -336,7 +336,7 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
         )
     });
     let curves = report.unnamed.iter().map(|u| match (&u.family, &u.beside) {
-        (Some(name), _) => format!("{name} in a form of its own: {}", u.said),
+        (Some(name), _) => format!("{name} in a form of its own: {}", u.sentence),
         (None, Some(name)) => format!("in addition to {name}, whose law does not cover it: {}", u.in_words()),
         (None, None) => format!("without a name: {}", u.in_words()),
     });

@@ -43,7 +43,7 @@ struct Contest<'a> {
 }
 
 impl Rival {
-    fn said(&self) -> String {
+    fn in_words(&self) -> String {
         match self {
             Self::Named(trial) => trial.effect.name.to_owned(),
             Self::Curve(found) => {
@@ -112,7 +112,7 @@ impl Diagnosis<'_> {
         });
         let experiment: Vec<&str> = std::iter::once(own.separated_by).chain(apart).collect();
         (!rivals.is_empty()).then(|| Confounded {
-            names: std::iter::once(own.name.to_owned()).chain(rivals.iter().map(|r| r.said())).collect(),
+            names: std::iter::once(own.name.to_owned()).chain(rivals.iter().map(|r| r.in_words())).collect(),
             why: "in its place each has as low a held-out error".to_owned(),
             experiment: experiment.join("; "),
         })
@@ -191,7 +191,7 @@ impl Diagnosis<'_> {
         self.rejected.retain(|r| r.name != trial.effect.name && r.name != own.effect.name);
         self.rejected.push(Rejected {
             name: own.effect.name.into(),
-            why: format!("{} has a clearly lower held-out error", rival.said()),
+            why: format!("{} has a clearly lower held-out error", rival.in_words()),
         });
         Some(trial.fitted)
     }

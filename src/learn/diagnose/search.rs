@@ -445,7 +445,7 @@ mod tests {
             beside: None,
             rivals: rivals.iter().map(|rival| (*rival).to_owned()).collect(),
             family: Some("size-effect".into()),
-            said: String::new(),
+            sentence: String::new(),
         };
         LearnReport {
             base_test: errors(before),

@@ -25,7 +25,7 @@ pub struct ColumnOverview {
 
 /// A stop or an override that the log shows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Happened {
+pub struct LogEvent {
     /// From, to, s.
     pub time_s: [f64; 2],
     /// In words.
@@ -48,7 +48,7 @@ pub struct LogOverview {
     /// Stretches without readings, s.
     pub gaps_s: Vec<[f64; 2]>,
     /// Stops and overrides.
-    pub happened: Vec<Happened>,
+    pub events: Vec<LogEvent>,
     /// Warnings.
     pub warnings: Vec<String>,
     /// Why `learn` cannot use it; `None` if it can.
@@ -89,7 +89,7 @@ pub fn overview(bytes: &[u8], mapping: &[(String, String)]) -> Result<LogOvervie
         columns: columns(&frame),
         clock_s: None,
         gaps_s: Vec::new(),
-        happened: Vec::new(),
+        events: Vec::new(),
         warnings: frame.warnings.clone(),
         unusable: None,
         layout: frame.layout.clone(),
@@ -101,7 +101,7 @@ pub fn overview(bytes: &[u8], mapping: &[(String, String)]) -> Result<LogOvervie
             if !log.on_change {
                 seen.gaps_s = gaps(&log.time_s);
             }
-            seen.happened = happened(&log, frame.numbers("feed_override_percent").as_deref());
+            seen.events = events(&log, frame.numbers("feed_override_percent").as_deref());
             seen.warnings = [log.warnings.clone(), oddities::of(&log)].concat();
         }
         Err(error) => seen.unusable = Some(error.to_string()),
@@ -165,7 +165,7 @@ fn proposal(name: &str) -> Option<(&'static str, String)> {
 /// Shortest stop or override that is reported, s; shorter ones are corners or tool changes.
 const TOLD_S: f64 = 2.0;
 
-fn happened(log: &Log, override_percent: Option<&[f64]>) -> Vec<Happened> {
+fn events(log: &Log, override_percent: Option<&[f64]>) -> Vec<LogEvent> {
     let mut found = Vec::new();
     if let Some(rps) = &log.rps {
         found.extend(stretches(log, |i| rps[i] < 0.1, |_| "the spindle stands".to_owned()));
@@ -182,7 +182,7 @@ fn happened(log: &Log, override_percent: Option<&[f64]>) -> Vec<Happened> {
     found
 }
 
-fn stretches(log: &Log, holds: impl Fn(usize) -> bool, what: impl Fn(usize) -> String) -> Vec<Happened> {
+fn stretches(log: &Log, holds: impl Fn(usize) -> bool, what: impl Fn(usize) -> String) -> Vec<LogEvent> {
     let mut found = Vec::new();
     let mut begin = None;
     for i in 0..=log.time_s.len() {
@@ -191,7 +191,7 @@ fn stretches(log: &Log, holds: impl Fn(usize) -> bool, what: impl Fn(usize) -> S
             (false, Some(from)) => {
                 let time_s = [log.time_s[from], log.time_s[i.min(log.time_s.len() - 1)]];
                 if time_s[1] - time_s[0] >= TOLD_S {
-                    found.push(Happened { time_s, what: what(from) });
+                    found.push(LogEvent { time_s, what: what(from) });
                 }
                 begin = None;
             }
