@@ -23,7 +23,7 @@ use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::answer::{unexplained, verdict};
 use crate::learn::diagnose::ceiling::without_ceilings;
 use crate::learn::diagnose::contest::Outcome;
-use crate::learn::diagnose::criteria::is_no_worse;
+use crate::learn::diagnose::criteria::{is_lower, is_no_worse};
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
@@ -94,7 +94,7 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     confounded.retain(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0]));
     report.confounded = confounded;
     doubt_families_with_rivals(&mut report);
-    doubt_what_does_not_help(&mut report);
+    doubt_what_does_not_help(&mut report, &last.without_gain(&fitted));
     report.unexplained = unexplained(&reduced, &fitted, &report, options.seed);
     report.verdict = verdict(&report);
     Some(report)
@@ -378,6 +378,20 @@ impl Diagnosis<'_> {
         Some((score(&fit(&self.train, &others, FORM_ROUNDS)?, &fit(&self.train, &with, FORM_ROUNDS)?), lowers))
     }
 
+    /// The named effects without which the error on the data kept for the judgement is hardly higher. Curves over its own
+    /// covariates are the shape of an effect and are left out with it. An effect that the block times show is not asked.
+    fn without_gain(&self, fitted: &Fitted) -> Vec<&'static str> {
+        let effects = &fitted.model.effects;
+        let whole = self.judgement_errors(effects).rmse;
+        let gains = |e: usize| {
+            let is_open = |each: &FittedEffect| !is_shape_of(&effects[e], each);
+            let others: Vec<FittedEffect> = remove(effects, e).into_iter().filter(is_open).collect();
+            is_lower(self.judgement_errors(&others).rmse, whole)
+        };
+        let is_asked = |e: &usize| !is_unnamed(effects[*e].effect) && !self.is_timed(effects[*e].effect);
+        (0..effects.len()).filter(is_asked).filter(|e| !gains(*e)).map(|e| effects[e].effect.name).collect()
+    }
+
     /// p value of the gain of a trial, multiplied by the number of models fitted (Bonferroni).
     pub(in crate::learn) fn p_of_the_search(&self, trial: &Trial) -> f64 {
         (p_value(trial) * self.tried.max(1) as f64).min(1.0)
@@ -400,18 +414,18 @@ fn doubt_families_with_rivals(report: &mut LearnReport) {
     report.confounded.extend(in_doubt);
 }
 
-/// Where the model with all effects has a larger error on the data kept for the judgement than the base model, no
-/// effect is asserted alone: each is reported as one of several possible causes.
-fn doubt_what_does_not_help(report: &mut LearnReport) {
-    if is_no_worse(report.base_test.rmse, report.final_test.rmse) {
-        return;
-    }
-    let alone: Vec<String> =
-        report.names().into_iter().filter(|name| report.one_of(name).is_none()).map(str::to_owned).collect();
-    report.confounded.extend(alone.into_iter().map(|name| Confounded {
+/// An effect that does not lower the error on the data kept for the judgement is not asserted alone: it is reported as one
+/// of several possible causes. `without_gain`: those effects; all of them if the model with all effects has a larger error
+/// than the base model.
+fn doubt_what_does_not_help(report: &mut LearnReport, without_gain: &[&str]) {
+    let is_worse = !is_no_worse(report.base_test.rmse, report.final_test.rmse);
+    let in_doubt = |name: &&str| report.one_of(name).is_none() && (is_worse || without_gain.contains(name));
+    let in_doubt: Vec<String> = report.names().into_iter().filter(in_doubt).map(str::to_owned).collect();
+    let why = if is_worse { "the error rose" } else { "the error is no lower with it" };
+    report.confounded.extend(in_doubt.into_iter().map(|name| Confounded {
         experiment: named(&name).map_or_else(String::new, |effect| effect.separated_by.to_owned()),
         names: vec![name, "a cause that the data kept for the judgement do not share".to_owned()],
-        why: "on the data kept for the judgement the error rose".to_owned(),
+        why: format!("on the data kept for the judgement {why}"),
     }));
 }
 
@@ -497,9 +511,9 @@ mod tests {
 
     #[test]
     fn what_raises_the_error_on_the_data_kept_is_asserted_alone_no_more() {
-        let in_doubt = |after: f64| {
+        let in_doubt = |after: f64, without_gain: &[&str]| {
             let mut report = report(10.0, after, &[]);
-            doubt_what_does_not_help(&mut report);
+            doubt_what_does_not_help(&mut report, &last.without_gain(&fitted));
             ["tool-diameter", "size-effect"].map(|name| report.one_of(name).is_some())
         };
         assert_eq!([in_doubt(9.0), in_doubt(10.1)], [[false; 2], [true; 2]]);
