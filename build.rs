@@ -7,6 +7,7 @@ use sha2::{Digest, Sha256};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Rooms whose code decides what an engagement map holds, given the moves and the setup, which the key of a cache holds themselves.
 /// `tests/tidy.rs` keeps this list whole.
@@ -28,8 +29,8 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Tests that need what is not there are shown as ignored: `absent_shared`, `absent_rs274`, `absent_linuxcnc`, `absent_browser`. What is there is watched;
-/// what comes later is seen after `touch build.rs` (to watch what is not there would compile the package anew every time).
+/// Tests that need what is not there are shown as ignored: `absent_shared`, `absent_rs274`, `absent_linuxcnc`, `absent_browser`, and
+/// for modules of Python `absent_openpyxl` and `absent_opencamlib`. What is there is watched; what comes later is seen after `touch build.rs` (to watch what is not there would compile the package anew every time).
 fn surroundings() {
     println!("cargo::rerun-if-env-changed=PATH");
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -46,6 +47,13 @@ fn surroundings() {
         match place.filter(|place| place.exists()) {
             Some(place) => println!("cargo::rerun-if-changed={}", place.display()),
             None => println!("cargo::rustc-cfg=absent_{name}"),
+        }
+    }
+    for module in ["openpyxl", "opencamlib"] {
+        println!("cargo::rustc-check-cfg=cfg(absent_{module})");
+        let import = Command::new("python3").args(["-c", &format!("import {module}")]).output();
+        if !import.is_ok_and(|output| output.status.success()) {
+            println!("cargo::rustc-cfg=absent_{module}");
         }
     }
 }

@@ -46,7 +46,7 @@ fn learned(seed: u64, stock: Stock) -> LearnReport {
 /// The parameter of `stock-proud`, which must be the only name.
 fn size(report: &LearnReport, parameter: &str) -> f64 {
     let names: Vec<&str> = report.effects.iter().map(|each| each.name.as_str()).collect();
-    assert_eq!(names, ["stock-proud"], "{}", report.verdict);
+    assert_eq!(names, ["stock-proud"], "{} {:?}", report.verdict, report.rejected);
     report.effects[0].parameters.iter().find(|each| each.name == parameter).unwrap().value
 }
 
@@ -65,7 +65,7 @@ fn a_zero_point_beside_the_stock_moves_one_face_out_and_the_other_in() {
 
 #[test]
 fn stock_that_was_set_askew_is_found_with_its_angle() {
-    for turn in [0.02, -0.012] {
+    for turn in [0.02, -0.02] {
         let found = size(&learned(3, Stock { turn, ..Stock::default() }), "turn");
         assert!((found / turn - 1.0).abs() < 0.1, "{found} for {turn}");
     }

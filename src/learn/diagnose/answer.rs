@@ -9,7 +9,7 @@ use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::highest_feeds::highest_feeds;
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::contest::part_name;
-use crate::learn::diagnose::criteria::{has_way, is_no_worse, tells_apart};
+use crate::learn::diagnose::criteria::{bears_name, is_no_worse, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::remove;
 use crate::learn::diagnose::residual::{noise_floor, patterns};
@@ -48,7 +48,8 @@ impl Diagnosis<'_> {
             curve.family = curve.family.filter(|_| self.holds_elsewhere(&fitted.model.effects, e));
             let family = curve.family.as_deref().and_then(named);
             let of_family = |covariate: &Covariate| family.is_some_and(|effect| effect.covariates.contains(covariate));
-            let rivals = self.rivals_of_curve(&fitted.model.effects, e);
+            let has_own_data = self.has_own_data(fitted.model.effects[e].effect);
+            let rivals = if has_own_data { Vec::new() } else { self.rivals_of_curve(&fitted.model.effects, e) };
             let others = rivals.into_iter().filter(|covariate| !of_family(covariate));
             curve.rivals = others.map(|covariate| covariate.name().to_owned()).collect();
             curve
@@ -195,7 +196,7 @@ fn described(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
     let knots: Vec<[f64; 2]> = knots(&each.values).into_iter().map(|[at, f]| [at * factor, f]).collect();
     let beside = effects.iter().find(|other| !is_unnamed(other.effect) && other.effect.knows(covariate, multiplies));
     let factors: Vec<f64> = knots.iter().map(|knot| knot[1]).collect();
-    let family = family_of(covariate, multiplies).filter(|effect| has_way(effect.way, &factors));
+    let family = family_of(covariate, multiplies).filter(|effect| bears_name(effect.way, &factors));
     let what = match multiplies {
         Multiplies::Load => "the load of the cut",
         Multiplies::Tare => "the tare",

@@ -7,7 +7,7 @@
 //! they scatter about C no more than others about P, and do not rise with P.
 
 use crate::learn::dataset::samples::Data;
-use crate::learn::diagnose::criteria::Criteria;
+use crate::learn::diagnose::criteria::{Criteria, can_be_at_a_ceiling, is_ceiling};
 use crate::learn::diagnose::residual::inflation;
 use crate::learn::model::fit::fit;
 use crate::learn::regress::statistics::rms;
@@ -17,18 +17,8 @@ use crate::learn::report::Ceiling;
 const TRIED: usize = 30;
 /// Lowest ceiling that is tried, over the largest reading. A lower one would cut off most of what was measured. Judgement.
 const LOWEST: f64 = 0.4;
-/// Fewest samples at a ceiling. Judgement.
-const FEWEST: usize = 4;
-/// Largest share of the samples of a quantity at its ceiling: the others have to tell the base coefficients. Judgement.
-const MOST: f64 = 0.5;
 /// Rounds in which the samples at a ceiling and the base model are found from each other.
 const ROUNDS: usize = 3;
-/// Largest scatter about the ceiling, over that of the other samples about the base model. Judgement.
-const LEVEL: f64 = 1.5;
-/// Largest slope of the readings at the ceiling over the load predicted for them; 0 is a ceiling, 1 is none. Judgement.
-const FLAT: f64 = 0.3;
-/// Least mean excess of the predicted loads over the ceiling, in units of the scatter of the others. Judgement.
-const BEYOND: f64 = 1.0;
 
 /// The data without the samples at a ceiling, and the ceilings.
 pub(in crate::learn) fn without_ceilings(data: &Data, criteria: &Criteria) -> (Data, Vec<Ceiling>) {
@@ -86,7 +76,7 @@ fn at_ceiling(data: &Data, used: &[usize], ceiling: f64) -> Option<Found> {
         above = used.iter().copied().filter(|i| fitted.predicted[*i] > ceiling).collect();
         load = fitted.predicted;
     }
-    if above.len() < FEWEST || above.len() as f64 > MOST * used.len() as f64 {
+    if !can_be_at_a_ceiling(above.len(), used.len()) {
         return None;
     }
     // The level is the mean of the readings at it; what was tried only says which they are.
@@ -110,9 +100,7 @@ fn is_level(data: &Data, used: &[usize], found: &Found) -> bool {
     let mean_load = loads.iter().sum::<f64>() / n;
     let spread: f64 = loads.iter().map(|load| (load - mean_load).powi(2)).sum();
     let along: f64 = found.above.iter().zip(&loads).map(|(i, load)| (load - mean_load) * found.residual[*i]).sum();
-    rms(&residuals(&is_above)) <= LEVEL * others
-        && mean_load - found.reading >= BEYOND * others
-        && along / spread.max(1e-300) <= FLAT
+    is_ceiling(rms(&residuals(&is_above)), mean_load - found.reading, others, along / spread.max(1e-300))
 }
 
 #[cfg(test)]

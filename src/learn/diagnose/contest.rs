@@ -118,9 +118,9 @@ impl Diagnosis<'_> {
         })
     }
 
-    /// Named effects of a model, except one that was fitted to the block times.
+    /// Named effects of a model, except those that data of their own show.
     fn open_places(&self, model: &Fitted) -> Vec<usize> {
-        let is_open = |each: &FittedEffect| !is_unnamed(each.effect) && !self.is_timed(each.effect);
+        let is_open = |each: &FittedEffect| !is_unnamed(each.effect) && !self.has_own_data(each.effect);
         (0..model.model.effects.len()).filter(|e| is_open(&model.model.effects[*e])).collect()
     }
 

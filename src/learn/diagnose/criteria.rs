@@ -115,6 +115,17 @@ const STRUCTURE: f64 = 0.15;
 const SLOWER_THAN: f64 = 0.6;
 const SLOWER_NATS: f64 = 30.0;
 
+/// Fewest samples at a ceiling of a reading, and largest share of all: the others have to tell the base coefficients. Judgement, like the
+/// three that follow.
+const FEWEST_AT_CEILING: usize = 4;
+const MOST_AT_CEILING: f64 = 0.5;
+/// Largest scatter of the readings about the ceiling, over that of the other samples about the base model.
+const CEILING_SCATTER: f64 = 1.5;
+/// Least mean excess of the predicted loads over the ceiling, over the scatter of the others.
+const BEYOND_CEILING: f64 = 1.0;
+/// Largest slope of the readings at the ceiling over the load predicted for them: 0 is a ceiling, 1 is none.
+const CEILING_SLOPE: f64 = 0.3;
+
 /// Fewest samples from which an instant or a region is located. Judgement.
 pub(in crate::learn) const PLACED_BY: usize = 40;
 
@@ -212,6 +223,16 @@ pub(in crate::learn) fn is_structure(test_r2: f64, is_log: bool) -> bool {
 /// Largest fall of a curve, as a share of its rise, at which it still counts as rising; likewise for falling curves.
 /// Judgement.
 const GOES_BACK: f64 = 0.25;
+
+/// Least difference between the factors of a curve that bears the name of an effect: coefficients of one material scatter by as much
+/// from bar to bar. Judgement; a smaller curve is reported without a name.
+const LEAST_NAMED: f64 = 0.04;
+
+/// Is a curve with these factors large enough to bear the name of an effect, and does it go its way?
+pub(in crate::learn) fn bears_name(way: Way, factors: &[f64]) -> bool {
+    let [least, most] = range(factors);
+    most - least >= LEAST_NAMED && has_way(way, factors)
+}
 
 /// Does a curve through these values rise, fall or have no peak, as `way` requires?
 pub(in crate::learn) fn has_way(way: Way, values: &[f64]) -> bool {
@@ -318,6 +339,17 @@ const GAINS: f64 = 0.98;
 /// Standard errors below zero from which a coefficient is negative and not merely uncertain.
 const NEGATIVE: f64 = 2.0;
 
+/// Can so many of the samples of a quantity be at its ceiling?
+pub(in crate::learn) fn can_be_at_a_ceiling(samples: usize, all: usize) -> bool {
+    samples >= FEWEST_AT_CEILING && samples as f64 <= MOST_AT_CEILING * all as f64
+}
+
+/// Do samples lie on a ceiling? `scatter`: of their readings about it; `beyond`: mean excess of their predicted loads over it; `others`:
+/// scatter of the other samples; `slope`: of their readings over the predicted loads.
+pub(in crate::learn) fn is_ceiling(scatter: f64, beyond: f64, others: f64, slope: f64) -> bool {
+    scatter <= CEILING_SCATTER * others && beyond >= BEYOND_CEILING * others && slope <= CEILING_SLOPE
+}
+
 /// Is it the log of another program? `misfit`: share of samples that do not fit; `by_load`: aligned by the load.
 pub(in crate::learn) fn is_of_another_program(misfit: f64, by_load: bool) -> bool {
     misfit > if by_load { MISFIT_OF_LOAD } else { MISFIT }
@@ -413,6 +445,15 @@ mod tests {
     }
 
     #[test]
+    fn a_ceiling_is_one_on_one_side_of_every_threshold_and_none_on_the_other() {
+        assert!(can_be_at_a_ceiling(4, 8) && !can_be_at_a_ceiling(3, 8) && !can_be_at_a_ceiling(4, 7));
+        assert!(is_ceiling(1.4, 1.1, 1.0, 0.29));
+        assert!(
+            !is_ceiling(1.6, 1.1, 1.0, 0.29) && !is_ceiling(1.4, 0.9, 1.0, 0.29) && !is_ceiling(1.4, 1.1, 1.0, 0.31)
+        );
+    }
+
+    #[test]
     fn each_threshold_is_changed_by_its_name_and_no_other() {
         let usual = Criteria::default();
         let halved: Vec<Criteria> = Criteria::NAMES.iter().map(|name| usual.times(name, 0.5)).collect();
@@ -434,6 +475,8 @@ mod tests {
                 && !has_way(Way::Up, &[1.0, 1.3, 1.0])
         );
         assert!(has_way(Way::Either, &[1.0, 1.3, 1.0]));
+        assert!(bears_name(Way::Up, &[1.0, 1.05]) && !bears_name(Way::Up, &[1.0, 1.03]));
+        assert!(!bears_name(Way::Up, &[1.05, 1.0]));
         assert!(
             has_way(Way::NoPeak, &[1.3, 1.0, 1.2])
                 && has_way(Way::NoPeak, &[1.0, 1.3])

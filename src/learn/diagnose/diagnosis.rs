@@ -55,6 +55,8 @@ pub(in crate::learn) struct Diagnosis<'a> {
     pub(in crate::learn) evidence: Vec<(&'static str, String, f64, [f64; 2])>,
     /// Two effects that explain the residual only together: if one is removed, so is the other.
     pub(in crate::learn) pair: Vec<&'static str>,
+    /// Effects on the tare that the readings without a cut show by themselves ([`super::idle`]).
+    pub(in crate::learn) shown_by_idle: Vec<FittedEffect>,
     /// Held-out residual of the base model on the training blocks.
     pub(in crate::learn) base_residual: Vec<f64>,
     /// Noise floor, unit of the scaled reading; 0 if it is not known.
@@ -80,6 +82,12 @@ impl Diagnosis<'_> {
     /// Is it the slower acceleration that was fitted to the block times?
     pub(in crate::learn) fn is_timed(&self, effect: &Effect) -> bool {
         self.data.timed_acceleration.is_some() && effect.acts == Acts::Motion
+    }
+
+    /// Is the effect shown by data of its own, apart from the loads: by block times, or by readings without a cut? It then needs no
+    /// score beside the others and has no rivals among them.
+    pub(in crate::learn) fn has_own_data(&self, effect: &Effect) -> bool {
+        self.is_timed(effect) || self.shown_by_idle.iter().any(|own| own.effect.name == effect.name)
     }
 
     /// Least score of an effect.

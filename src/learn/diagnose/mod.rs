@@ -14,6 +14,7 @@ pub mod evidence;
 pub mod forms;
 pub mod free_curve;
 pub mod held_out;
+mod idle;
 #[cfg(test)]
 mod made_data;
 pub mod over_time;

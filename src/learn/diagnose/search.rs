@@ -2,6 +2,7 @@
 //! [`Split`]. Out: a [`LearnReport`].
 //!
 //! 1. The base model is fitted on the training blocks and judged on the others.
+//!    Effects on the tare that the readings without a cut show come first ([`super::idle`]).
 //! 2. Every candidate is fitted together with the effects already in the model. Its gain is G = n/φ · ln(RSS₀/RSS₁),
 //!    with φ the inflation of the residual it leaves (neighbouring samples with a common error count as one); its score
 //!    is G − k ln(n/φ) for k parameters (Bayesian information criterion, Schwarz 1978).
@@ -65,6 +66,7 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
         rejected: Vec::new(),
         evidence: Vec::new(),
         pair: Vec::new(),
+        shown_by_idle: Vec::new(),
         base_residual: Vec::new(),
         floor: 0.0,
         noise: 0.0,
@@ -73,11 +75,13 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     };
     let base = fit(&search.train, &[], 0)?;
     let begin = search.with_timed_acceleration(&base);
+    let begin = search.with_tare_of_idle_readings(begin);
     let begin = search.with_known_effects(begin)?;
     search.base_residual = held_out_residuals(&search.train, &begin.model.effects, split);
     search.floor = noise_floor(&search.train, &base.residuals(data)).unwrap_or(0.0);
     search.noise = noise_with_memory(&search.train, &base.residuals(data)).unwrap_or(0.0);
     let (fitted, mut confounded) = search.search_from(&begin);
+    let fitted = search.released(fitted);
     // The noise of each channel was estimated with the base model, whose residual held the effects as well: estimate it
     // again.
     let several = data.channel.iter().any(|c| *c != data.channel[0]);
@@ -113,6 +117,15 @@ impl Diagnosis<'_> {
         }
         confounded.extend(in_doubt);
         (found, confounded)
+    }
+
+    /// The names found without curves of their own, and the names of those that are in doubt.
+    pub(in crate::learn) fn names_alone(&mut self, base: &Fitted) -> (Fitted, Vec<String>) {
+        let mut confounded: Vec<Confounded> = Vec::new();
+        let named = self.add_names(base, true, &mut confounded);
+        let (found, in_doubt) = self.contested_until_stable(named, EXCHANGES, &mut confounded);
+        confounded.extend(in_doubt);
+        (found, confounded.into_iter().map(|group| group.names[0].clone()).collect())
     }
 
     /// Prunes the model and replaces effects by clearly better rivals, at most `exchanges` times, until none is better;
@@ -174,7 +187,7 @@ impl Diagnosis<'_> {
         let names = present.model.effects.iter().filter(|each| is_unnamed(each.effect)).map(|each| each.effect.name);
         for name in names.collect::<Vec<_>>() {
             let Some(e) = present.model.effects.iter().position(|each| each.effect.name == name) else { continue };
-            if e + 1 == present.model.effects.len() {
+            if e + 1 == present.model.effects.len() || self.has_own_data(present.model.effects[e].effect) {
                 continue;
             }
             let Some(without_it) = fit(&self.train, &remove(&present.model.effects, e), FORM_ROUNDS) else { continue };
@@ -326,7 +339,7 @@ impl Diagnosis<'_> {
             let others: Vec<FittedEffect> = remove(&present.model.effects, k);
             let Some(without_it) = fit(&self.train, &others, 12) else { break };
             let own = present.model.effects[k].effect;
-            if self.is_timed(own) {
+            if self.has_own_data(own) {
                 k += 1;
                 continue;
             }
@@ -379,8 +392,8 @@ impl Diagnosis<'_> {
     }
 
     /// The named effects without which the error on the data kept for the judgement is hardly higher. Curves over its own
-    /// covariates are the shape of an effect and are left out with it. An effect that the block times show is not asked.
-    fn without_gain(&self, fitted: &Fitted) -> Vec<&'static str> {
+    /// covariates are the shape of an effect and are left out with it. An effect with data of its own is not asked.
+    pub(in crate::learn) fn without_gain(&self, fitted: &Fitted) -> Vec<&'static str> {
         let effects = &fitted.model.effects;
         let whole = self.judgement_errors(effects).rmse;
         let gains = |e: usize| {
@@ -388,7 +401,7 @@ impl Diagnosis<'_> {
             let others: Vec<FittedEffect> = remove(effects, e).into_iter().filter(is_open).collect();
             is_lower(self.judgement_errors(&others).rmse, whole)
         };
-        let is_asked = |e: &usize| !is_unnamed(effects[*e].effect) && !self.is_timed(effects[*e].effect);
+        let is_asked = |e: &usize| !is_unnamed(effects[*e].effect) && !self.has_own_data(effects[*e].effect);
         (0..effects.len()).filter(is_asked).filter(|e| !gains(*e)).map(|e| effects[e].effect.name).collect()
     }
 
@@ -513,10 +526,11 @@ mod tests {
     fn what_raises_the_error_on_the_data_kept_is_asserted_alone_no_more() {
         let in_doubt = |after: f64, without_gain: &[&str]| {
             let mut report = report(10.0, after, &[]);
-            doubt_what_does_not_help(&mut report, &last.without_gain(&fitted));
+            doubt_what_does_not_help(&mut report, without_gain);
             ["tool-diameter", "size-effect"].map(|name| report.one_of(name).is_some())
         };
-        assert_eq!([in_doubt(9.0), in_doubt(10.1)], [[false; 2], [true; 2]]);
+        assert_eq!([in_doubt(9.0, &[]), in_doubt(10.1, &[])], [[false; 2], [true; 2]]);
+        assert_eq!(in_doubt(9.0, &["tool-diameter"]), [true, false]);
     }
 
     #[test]

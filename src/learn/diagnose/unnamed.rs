@@ -168,7 +168,12 @@ impl Diagnosis<'_> {
     ) -> Vec<ResidualCurve> {
         let data = &self.train;
         let loads = Loads::of(data, present);
-        let open = CURVES.par_iter().filter(|(covariate, effect)| wanted(*covariate, effect.multiplies));
+        // Of readings without a cut a factor of the whole is one of the tare.
+        let has_load = data.base.iter().any(|base| base.class != Class::Tare);
+        let is_open = |part| has_load || part == Multiplies::Tare;
+        let open = CURVES
+            .par_iter()
+            .filter(|(covariate, effect)| is_open(effect.multiplies) && wanted(*covariate, effect.multiplies));
         let found = open.filter_map(|(covariate, effect)| {
             let residual = Residual { data, split: self.split, left, load: loads.what(effect.multiplies) };
             let fit = residual.best_curve(self.along(*covariate)?, |curve| is_plausible(*covariate, curve))?;
