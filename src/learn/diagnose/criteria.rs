@@ -71,6 +71,9 @@ thresholds! {
     /// generator that knows nothing of the effects (development seeds 12 to 15): of eleven effects named with less, ten
     /// were wrong.
     least_clear = 0.3;
+    /// Score from which an effect need not be so clear: what shows in few passes (a face that stands askew) lowers the error of the whole
+    /// little, and few passes are few cases. Ten times what Kass and Raftery call "very strong". Judgement.
+    decisive_score = 100.0;
     /// Standard errors by which a curve without a name must lower the held-out error. Some forty curves of seven shapes
     /// are compared; two standard errors by chance are rare even so. Judgement.
     curve_t = 2.0;
@@ -146,9 +149,9 @@ impl Criteria {
         drop >= self.least_drop && t >= self.least_t
     }
 
-    /// The same for an effect of the list, whose drop must be the clearer the smaller it is.
-    pub(in crate::learn) fn lowers_clearly(&self, drop: f64, t: f64) -> bool {
-        self.lowers_held_out(drop, t) && drop * t >= self.least_clear
+    /// The same for an effect of the list, whose drop must be the clearer the smaller it is, unless its score is decisive.
+    pub(in crate::learn) fn lowers_clearly(&self, drop: f64, t: f64, score: f64) -> bool {
+        self.lowers_held_out(drop, t) && (drop * t >= self.least_clear || score >= self.decisive_score)
     }
 
     /// The same for an effect added to those found before it.
@@ -428,7 +431,10 @@ mod tests {
         assert_eq!([true, false].map(|is_log| c.least_score(is_log)), [8.0, 4.0]);
         assert!(c.takes_enough(0.081, 0.0) && c.takes_enough(0.0, 0.31) && !c.takes_enough(0.079, 0.29));
         assert!(c.lowers_held_out(0.006, 1.1) && !c.lowers_held_out(0.004, 9.0) && !c.lowers_held_out(0.5, 0.9));
-        assert!(c.lowers_clearly(0.11, 2.8) && !c.lowers_clearly(0.1, 2.9) && !c.lowers_clearly(0.5, 0.9));
+        assert!(
+            c.lowers_clearly(0.11, 2.8, 9.0) && !c.lowers_clearly(0.1, 2.9, 99.0) && c.lowers_clearly(0.1, 2.9, 101.0)
+        );
+        assert!(!c.lowers_clearly(0.5, 0.9, 999.0));
         assert!(c.leaves_as_much(0.86, 0.9) && !c.leaves_as_much(0.84, 0.0) && !c.leaves_as_much(1.0, 1.1));
         assert!(c.takes_as_much(0.86) && !c.takes_as_much(0.84));
         assert!(c.follows_a_curve(0.011, 2.1) && !c.follows_a_curve(0.009, 9.0) && !c.follows_a_curve(0.5, 1.9));

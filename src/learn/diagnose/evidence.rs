@@ -102,7 +102,8 @@ impl Diagnosis<'_> {
                 100.0 * share
             ));
         }
-        if !self.criteria().lowers_clearly(drop, t) && !self.lowers_cut_by_cut(present.model, trial, drop) {
+        if !self.criteria().lowers_clearly(drop, t, trial.score) && !self.lowers_cut_by_cut(present.model, trial, drop)
+        {
             return Err(format!("it does not clearly lower the held-out error ({:+.2} %, t = {t:.1})", -100.0 * drop));
         }
         if let Some(why) = self.why_between_cuts(trial, before) {
