@@ -22,6 +22,14 @@ use crate::learn::model::fit::{Fitted, fit};
 /// Samples next to a cut that are left out: their place is known to about a sample, and a meter follows with a delay.
 const BESIDE_A_CUT: usize = 3;
 
+/// An effect that the readings without a cut show.
+struct Shown {
+    each: FittedEffect,
+    /// In words.
+    evidence: String,
+    p_value: f64,
+}
+
 impl Diagnosis<'_> {
     /// The model with the effects on the tare that the readings without a cut show.
     pub(in crate::learn) fn with_tare_of_idle_readings(&mut self, begin: Fitted) -> Fitted {
@@ -31,11 +39,11 @@ impl Diagnosis<'_> {
         self.tried += tried;
         let held = |each: &FittedEffect| FittedEffect { free: vec![false; each.free.len()], ..each.clone() };
         let mut model = begin;
-        for (each, text, p_value) in effects {
+        for Shown { each, evidence, p_value } in effects {
             let all: Vec<FittedEffect> = model.model.effects.iter().cloned().chain([held(&each)]).collect();
             let Some(fitted) = fit(&self.train, &all, FORM_ROUNDS) else { continue };
             let errors = [&model, &fitted].map(|fitted| self.judgement_errors(&fitted.model.effects).rmse);
-            self.evidence.push((each.effect.name, text, p_value, errors));
+            self.evidence.push((each.effect.name, evidence, p_value, errors));
             self.shown_by_idle.push(each);
             model = fitted;
         }
@@ -55,9 +63,8 @@ impl Diagnosis<'_> {
         fit(&self.train, &effects, FORM_ROUNDS).unwrap_or(found)
     }
 
-    /// The effects that the readings without a cut show and for which they have no rival, each with its evidence in words and its p value;
-    /// and the number of models fitted.
-    fn effects_of_tare(&self, idle: &Data) -> Option<(Vec<(FittedEffect, String, f64)>, usize)> {
+    /// The effects that the readings without a cut show and for which they have no rival; and the number of models fitted.
+    fn effects_of_tare(&self, idle: &Data) -> Option<(Vec<Shown>, usize)> {
         let on_tare = self.options.candidates.iter().copied().filter(|each| each.multiplies == Multiplies::Tare);
         let options = Options { candidates: on_tare.collect(), known: Vec::new(), ..self.options.clone() };
         let train = idle.with_weights(without(idle, |i| self.split.test[i]));
@@ -95,7 +102,8 @@ impl Diagnosis<'_> {
         };
         let with_evidence = |each: &FittedEffect| {
             let of = search.evidence.iter().rev().find(|(name, ..)| *name == each.effect.name)?;
-            Some((each.clone(), format!("the readings without a cut show it: {}", of.1), of.2))
+            let evidence = format!("the readings without a cut show it: {}", of.1);
+            Some(Shown { each: each.clone(), evidence, p_value: of.2 })
         };
         let sure = (0..effects.len()).filter(is_sure).filter_map(|e| with_evidence(&effects[e])).collect();
         Some((sure, search.tried))
