@@ -30,7 +30,8 @@ fn main() -> io::Result<()> {
 }
 
 /// Tests that need what is not there are shown as ignored: `absent_shared`, `absent_rs274`, `absent_linuxcnc`, `absent_browser`, and
-/// for modules of Python `absent_openpyxl` and `absent_opencamlib`. What is there is watched; what comes later is seen after `touch build.rs` (to watch what is not there would compile the package anew every time).
+/// for modules of Python `absent_openpyxl` and `absent_opencamlib`. What is there is watched; what comes later is seen after
+/// `touch build.rs` (to watch what is not there would compile the package anew every time).
 fn surroundings() {
     println!("cargo::rerun-if-env-changed=PATH");
     let path = std::env::var_os("PATH").unwrap_or_default();

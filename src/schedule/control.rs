@@ -50,8 +50,8 @@ pub struct Control {
     pub kink_share: f64,
     /// Does the share of a kink reduce the acceleration along both its moves?
     pub kink_slows: bool,
-    /// Does the last move before a stop, to which nothing is joined, take half of the acceleration where corners are rounded within a tolerance?
-    /// It is kept ready to be blended with a move that does not come.
+    /// Does the last move before a stop take half of the acceleration, where corners are rounded within a tolerance (G64 P)? It is
+    /// kept ready to be blended with a next move, which does not come.
     pub slow_before_stop: bool,
     /// A primitive of a feed move that takes less than this time, s, goes straight from its first to its last speed and gets no faster in
     /// between.
