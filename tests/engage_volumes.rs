@@ -6,7 +6,7 @@
 mod engage_common;
 use engage_common::oracle::*;
 use engage_common::*;
-use feedwright::engage::{Options, engage, engage_and_keep};
+use feedwright::engage::{Options, engage, engage_and_keep, left_stock};
 use feedwright::machine::StockShape;
 use feedwright::path::Vec3;
 use feedwright::stock::saved;
@@ -224,6 +224,10 @@ fn nothing_is_lost_between_two_programs() {
     rows(&mut both, -1.0);
     rows(&mut both, -2.0);
     let (one, pieces) = engage_and_keep(&first.toolpath, &job, &options, &|_| {}).unwrap();
+    // Without engagement the same stock is left, by the same moves.
+    let alone = left_stock(&first.toolpath, &job, &options, &|_| {}).unwrap();
+    let both_ways = [&pieces, &alone].map(|pieces| saved::to_bytes(&pieces[0], Vec3::zeros()));
+    assert!(alone.len() == pieces.len() && both_ways[0] == both_ways[1]);
     let bytes = saved::to_bytes(&pieces[0], Vec3::zeros());
     let load = |_: &std::path::Path| Ok(bytes.clone());
     let mut next = job.clone();

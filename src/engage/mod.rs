@@ -46,4 +46,4 @@ pub mod workpiece;
 pub use map::{EngagedArc, EngagementMap, Event, EventKind, Station};
 pub use options::{EngageError, Loader, Options};
 pub use reused_stations::Again;
-pub use simulate::{engage, engage_again, engage_and_keep};
+pub use simulate::{engage, engage_again, engage_and_keep, left_stock};

@@ -46,7 +46,7 @@ pub fn engage(
     options: &Options,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<EngagementMap, EngageError> {
-    engage_all(path, job, options, None, progress).map(|(map, _)| map)
+    engage_all(path, job, options, Asked::Everything, progress).map(|(map, _)| map)
 }
 
 /// As [`engage`], for a program of which the engagement of some moves is known: these keep their stations, and a tile is swept only as long
@@ -58,7 +58,7 @@ pub fn engage_again(
     again: Again,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<EngagementMap, EngageError> {
-    let (map, _) = engage_all(path, job, options, Some(again), progress)?;
+    let (map, _) = engage_all(path, job, options, Asked::AllBut(again), progress)?;
     let EngagementMap { initial_mm3, removed_mm3, remaining_mm3, .. } = *again.known;
     Ok(EngagementMap { events: again.known.events.clone(), initial_mm3, removed_mm3, remaining_mm3, ..map })
 }
@@ -70,11 +70,28 @@ pub fn engage_and_keep(
     options: &Options,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(EngagementMap, Vec<Piece>), EngageError> {
-    let (map, left) = engage_all(path, job, options, None, progress)?;
-    let Simulated { blanks, fields, elements, cutters, earlier } = left;
-    let scene = Scene { elements: &elements, cutters: &cutters, earlier: &earlier, blanks: &[], fixtures: &[] };
-    let piece = |(blank, field)| Piece::left(blank, field, &elements, |element| scene.form(element));
-    Ok((map, blanks.into_iter().zip(fields).map(piece).collect()))
+    engage_all(path, job, options, Asked::Everything, progress).map(|(map, left)| (map, left.pieces()))
+}
+
+/// The pieces of stock that the program leaves, in the common frame; no engagement is worked out.
+pub fn left_stock(
+    path: &Toolpath,
+    job: &Job,
+    options: &Options,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Vec<Piece>, EngageError> {
+    engage_all(path, job, options, Asked::StockAlone, progress).map(|(_, left)| left.pieces())
+}
+
+/// What is asked of a simulation.
+#[derive(Clone, Copy)]
+enum Asked<'a> {
+    /// The engagement of all moves.
+    Everything,
+    /// That of the moves whose engagement is not known.
+    AllBut(Again<'a>),
+    /// Only the stock that is left.
+    StockAlone,
 }
 
 /// The result of a simulation.
@@ -86,11 +103,20 @@ struct Simulated {
     earlier: Vec<Form>,
 }
 
+impl Simulated {
+    fn pieces(self) -> Vec<Piece> {
+        let Self { blanks, fields, elements, cutters, earlier } = self;
+        let scene = Scene { elements: &elements, cutters: &cutters, earlier: &earlier, blanks: &[], fixtures: &[] };
+        let piece = |(blank, field)| Piece::left(blank, field, &elements, |element| scene.form(element));
+        blanks.into_iter().zip(fields).map(piece).collect()
+    }
+}
+
 fn engage_all(
     path: &Toolpath,
     job: &Job,
     options: &Options,
-    again: Option<Again>,
+    asked: Asked,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(EngagementMap, Simulated), EngageError> {
     within_reach(path)?;
@@ -109,8 +135,13 @@ fn engage_all(
     let (cell, pieces) = stock?;
     let cutters: Vec<Cutter> = cutting.iter().map(|tool| Cutter::new(tool, cell)).collect();
     let (earlier, blanks, mut fields) = Earlier::of(pieces, cutters.len());
-    let again = again.filter(|again| again.fits(&cutters));
+    let again = match asked {
+        Asked::AllBut(again) => Some(again).filter(|again| again.fits(&cutters)),
+        Asked::Everything | Asked::StockAlone => None,
+    };
+    let stock_alone = matches!(asked, Asked::StockAlone);
     let plan = Plan::new(path, job, laid.after(earlier.elements), &fields, options).but_for(again, &cutters);
+    let plan = Plan { stock_alone, ..plan };
     let elements = &plan.laid.elements;
     let scene =
         Scene { elements, cutters: &cutters, earlier: &earlier.forms, blanks: &blanks, fixtures: &job.fixtures };
@@ -130,7 +161,7 @@ fn engage_all(
     };
     let extents: Vec<Box3> = plan.tilings.iter().map(|stock| stock.extent).collect();
     mark_beside_blank(&mut map, path, &extents, &placed);
-    if again.is_none() {
+    if again.is_none() && !stock_alone {
         mark_final_surface(&mut map, elements, &fields);
     }
     Ok((map, Simulated { blanks, fields, elements: plan.laid.elements, cutters, earlier: earlier.forms }))
@@ -218,6 +249,8 @@ pub(super) struct Plan<'a> {
     again: Option<Again<'a>>,
     /// For each tile the element from which on it is no longer needed; empty if all are needed to the end.
     until: Vec<u32>,
+    /// No engagement is asked for.
+    stock_alone: bool,
 }
 
 impl<'a> Plan<'a> {
@@ -236,6 +269,7 @@ impl<'a> Plan<'a> {
             clearance_mm: uncertainty + approach,
             again: None,
             until: Vec::new(),
+            stock_alone: false,
         }
     }
     /// The same plan, with the moves left out whose engagement is known.
@@ -308,7 +342,7 @@ impl<'a> Plan<'a> {
 
 /// How a move of the batch gets its stations.
 enum StationSource {
-    /// None: a rapid.
+    /// None: a rapid, or no engagement is asked for.
     None,
     /// Those of a move of the known map.
     Known(MoveId),
@@ -465,7 +499,7 @@ fn sample_move(
     let before = state.heading;
     turn(&mut state.heading, at_end);
     let goes_on = std::mem::take(&mut state.goes_on);
-    if motion.kind == MoveKind::Rapid {
+    if motion.kind == MoveKind::Rapid || plan.stock_alone {
         return StationSource::None;
     }
     if let Some(of) = plan.known(index) {
