@@ -4,7 +4,7 @@
 use crate::diag::Diagnostic;
 use crate::engage::{self, EngageError, EngagementMap, Event, EventKind};
 use crate::finish::semifinish::{self, Answer, Gouge, Sample, SemifinishError, Wanted, Written, write};
-use crate::job::{self, JobError, Watch, environment, learned, remarks};
+use crate::job::{JobError, Watch, environment, learned, remarks};
 use crate::machine::Job;
 use crate::nc::{self, Program, Toolpath};
 use crate::rewrite;
@@ -122,11 +122,10 @@ pub fn semifinish(pair: Pair, watch: &Watch) -> Result<Shifted, MoveError> {
     let written = semifinish::Task { semi: &back_path, movable: &still, ..task };
     let again = semifinish::written(&written, &samples)?;
     let keep = |path: &Toolpath| -> Result<Vec<Piece>, MoveError> {
-        let options = engage::Options { spacing_mm: job::SPACING_MM[0], ..watch.engage };
-        let kept = engage::engage_and_keep(path, &job, &options, &|done| (watch.progress)("gouge check", done));
-        Ok(kept.map_err(SemifinishError::from)?.1)
+        let left = engage::left_stock(path, &job, &watch.engage, &|done| (watch.progress)("gouge check", done));
+        Ok(left.map_err(SemifinishError::from)?)
     };
-    let gouge = semifinish::gouge(&keep(&finish_path)?, &keep(&semi_path)?, &keep(&back_path)?);
+    let gouge = semifinish::gouge(&task, &keep(&finish_path)?, &keep(&semi_path)?, &keep(&back_path)?)?;
     let warnings = warnings(&answer, gouge);
     let refused = refused(&answer, &again, gouge);
     let paths = [semi_path, finish_path];

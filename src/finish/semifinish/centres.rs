@@ -24,6 +24,16 @@ struct Piece {
     s_mm: [f64; 2],
 }
 
+/// A piece near a place: its number, and the ball around it.
+#[derive(Debug, Clone, Copy)]
+pub struct Near {
+    middle: Vec3,
+    half_mm: f64,
+    /// Height of its lowest point, mm.
+    lowest_mm: f64,
+    piece: u32,
+}
+
 /// The place on the path nearest to a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearest {
@@ -120,7 +130,7 @@ impl Centres {
     }
 
     /// Pieces within about `reach_mm` of a place, each once, in order; `out` is emptied first.
-    pub fn near(&self, at: Vec3, reach_mm: f64, out: &mut Vec<u32>) {
+    pub fn near(&self, at: Vec3, reach_mm: f64, out: &mut Vec<Near>) {
         out.clear();
         if self.is_empty() {
             return;
@@ -129,21 +139,34 @@ impl Centres {
         for row in rows {
             let cells = row * self.across[0] + columns.start()..row * self.across[0] + columns.end() + 1;
             let listed = &self.listed[self.first[cells.start] as usize..self.first[cells.end] as usize];
-            out.extend(listed.iter().copied().filter(|piece| {
+            out.extend(listed.iter().filter_map(|piece| {
                 let [a, b] = self.pieces[*piece as usize].ends;
                 let (low, high) = (a.inf(&b), a.sup(&b));
-                (0..3).all(|axis| at[axis] + reach_mm >= low[axis] && at[axis] - reach_mm <= high[axis])
+                let within = (0..3).all(|axis| at[axis] + reach_mm >= low[axis] && at[axis] - reach_mm <= high[axis]);
+                within.then(|| Near {
+                    middle: 0.5 * (a + b),
+                    half_mm: 0.5 * (b - a).norm(),
+                    lowest_mm: low.z,
+                    piece: *piece,
+                })
             }));
         }
-        out.sort_unstable();
-        out.dedup();
+        out.sort_unstable_by_key(|near| near.piece);
+        out.dedup_by_key(|near| near.piece);
     }
 
     /// The place on these pieces with the least d(x, c).
-    pub fn nearest(&self, pieces: &[u32], x: Vec3) -> Option<Nearest> {
+    pub fn nearest(&self, pieces: &[Near], x: Vec3) -> Option<Nearest> {
+        // d is at most the distance in space to a middle. A piece that is above x all along is no nearer than its middle
+        // less half its length.
+        let to_middle = |near: &Near| (x - near.middle).norm_squared();
+        let bound_mm = pieces.iter().map(to_middle).reduce(f64::min)?.sqrt();
         let mut best: Option<Nearest> = None;
-        for index in pieces {
-            let piece = &self.pieces[*index as usize];
+        for near in pieces {
+            if x.z <= near.lowest_mm && to_middle(near) > (bound_mm + near.half_mm).powi(2) {
+                continue;
+            }
+            let piece = &self.pieces[near.piece as usize];
             let (t, distance_mm) = piece.distance(x);
             if best.is_none_or(|best| distance_mm < best.distance_mm) {
                 let [a, b] = piece.ends;
@@ -170,8 +193,8 @@ impl Centres {
         let [a, b] = self.pieces[own as usize].ends;
         let along = (b - a).try_normalize(0.0)?;
         let from = a + along * (at - a).dot(&along).clamp(0.0, (b - a).norm());
-        let beside = near.iter().filter(|piece| **piece != own).filter_map(|piece| {
-            let [a, b] = self.pieces[*piece as usize].ends;
+        let beside = near.iter().filter(|near| near.piece != own).filter_map(|near| {
+            let [a, b] = self.pieces[near.piece as usize].ends;
             let (t, off) = closest(b - a, from - a, false);
             let way = a + (b - a) * t - from;
             let level = way - normal * way.dot(&normal);
@@ -184,14 +207,15 @@ impl Centres {
 
     /// The nearest piece of a pass: of those that run most nearly along the surface, since the plunge of a pass may be
     /// nearer.
-    fn nearest_piece(&self, pieces: &[u32], at: Vec3, normal: Vec3) -> Option<u32> {
+    fn nearest_piece(&self, near: &[Near], at: Vec3, normal: Vec3) -> Option<u32> {
         let ends = |piece: &u32| self.pieces[*piece as usize].ends;
         let off = |piece: &u32| closest(ends(piece)[1] - ends(piece)[0], at - ends(piece)[0], false).1;
         let rise = |piece: &u32| {
             (ends(piece)[1] - ends(piece)[0]).try_normalize(0.0).map_or(1.0, |along| along.dot(&normal).abs())
         };
-        let least = pieces.iter().map(rise).fold(f64::INFINITY, f64::min);
-        let passes = pieces.iter().copied().filter(|piece| rise(piece) <= least + AS_LEVEL);
+        let pieces = || near.iter().map(|near| near.piece);
+        let least = pieces().map(|piece| rise(&piece)).fold(f64::INFINITY, f64::min);
+        let passes = pieces().filter(|piece| rise(piece) <= least + AS_LEVEL);
         passes.min_by(|p, q| off(p).total_cmp(&off(q)))
     }
 }
@@ -243,6 +267,30 @@ mod tests {
         centres.near(Vec3::new(2.0, 5.0, 3.0), 4.0, &mut near);
         let beside = centres.nearest(&near, Vec3::new(5.0, 5.0, 9.0)).expect("a pass");
         assert_eq!((beside.of, beside.distance_mm), (2, 3.0));
+    }
+
+    /// Passes over a wave and plunges between them; points below, beside and above the centres: each finds the piece that
+    /// trying every piece finds.
+    #[test]
+    fn pieces_too_far_to_be_nearest_are_left_out_and_no_others() {
+        let height = |x: f64, y: f64| 1.5 * (0.3 * x).sin() * (0.2 * y).cos();
+        let mut curves = Vec::new();
+        for pass in 0..9 {
+            let y = 0.7 * f64::from(pass);
+            let at = |x: f64| Vec3::new(x, y, height(x, y));
+            curves.push(Curve::Line { from: at(0.0) + Vec3::new(0.0, 0.0, 4.0), to: at(0.0) });
+            curves.extend((0..12).map(|k| Curve::Line { from: at(f64::from(k)), to: at(f64::from(k) + 1.0) }));
+        }
+        let centres = Centres::new(curves.into_iter().enumerate().map(|(k, curve)| (k as u32, curve)), 3.0);
+        let mut near = Vec::new();
+        let part = |k: u32, step: f64| (f64::from(k) * step).fract();
+        for k in 0..2000 {
+            let x = Vec3::new(12.0 * part(k, 0.618), 6.0 * part(k, 0.414), 9.0 * part(k, 0.732) - 2.0);
+            centres.near(x, 12.0, &mut near);
+            let found = centres.nearest(&near, x).expect("a piece");
+            let tried = near.iter().map(|near| centres.pieces[near.piece as usize].distance(x).1);
+            assert!(found.distance_mm == tried.fold(f64::INFINITY, f64::min), "{x:?} {found:?}");
+        }
     }
 
     #[test]

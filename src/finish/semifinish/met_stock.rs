@@ -8,7 +8,7 @@
 //! tangent of the circle; the weight of the end is the height of the ring over |u·t|. The normal of a knot is the mean
 //! of u over the ends it left, because a pass leaves its surface evenly on both sides of the contact.
 
-use super::centres::{Centres, Nearest};
+use super::centres::{Centres, Near, Nearest};
 use super::knots::Knots;
 use crate::engage::{EngagementMap, Station};
 use crate::machine::Slice;
@@ -80,7 +80,7 @@ pub fn met(
     finish_radius_mm: f64,
     left: &SemiSurface,
 ) -> Vec<MetStock> {
-    let of = |near: &mut Vec<u32>, station: &Option<(&Station, ToolPlace)>| {
+    let of = |near: &mut Vec<Near>, station: &Option<(&Station, ToolPlace)>| {
         let Some((station, stand)) = station else { return MetStock::default() };
         let centre = stand.tip + Vec3::new(0.0, 0.0, finish_radius_mm);
         left.centres.near(centre, left.radius_mm.max(finish_radius_mm), near);
@@ -96,7 +96,7 @@ impl SemiSurface<'_> {
         station: &Station,
         stand: &ToolPlace,
         slices: &[Slice],
-        near: &[u32],
+        near: &[Near],
     ) -> MetStock {
         let mut found = MetStock::default();
         let arcs = map.arcs_of(station);

@@ -210,25 +210,26 @@ impl<'a> Programs<'a> {
 
     /// The path of the centre of the semi-finishing ball.
     pub(super) fn semi_centres(&self, simulated: &Simulated) -> Centres {
-        let number = self.semi_tool.number;
-        let cuts = |motion: &Move| motion.kind == MoveKind::Feed && motion.tool == number;
-        let moves = simulated.toolpath.moves[..simulated.first].iter().enumerate().filter(|(_, motion)| cuts(motion));
-        let curves = moves.map(|(index, motion)| {
-            (index as u32, shifted(&motion.curve(), shift(self.task.job, &simulated.toolpath, motion.wcs)))
-        });
-        Centres::new(curves, self.semi_tool.radius_mm())
+        let toolpath = &simulated.toolpath;
+        centres(self.task.job, toolpath, &toolpath.moves[..simulated.first], self.semi_tool)
     }
 
     /// The path of the centre of the finishing ball.
     pub(super) fn finish_centres(&self, toolpath: &Toolpath) -> Centres {
-        let number = self.finish_tool.number;
-        let cuts = |motion: &Move| motion.kind == MoveKind::Feed && motion.tool == number;
-        let moves = self.task.finish.moves.iter().enumerate().filter(|(_, motion)| cuts(motion));
-        let curves = moves.map(|(index, motion)| {
-            (index as u32, shifted(&motion.curve(), shift(self.task.job, toolpath, motion.wcs)))
-        });
-        Centres::new(curves, self.finish_tool.radius_mm())
+        centres(self.task.job, toolpath, &self.task.finish.moves, self.finish_tool)
     }
+}
+
+/// The path of the centre of a ball over these moves, numbered from 0, in the common frame; `toolpath` has their work
+/// offsets.
+pub(super) fn centres(job: &Job, toolpath: &Toolpath, moves: &[Move], tool: &Tool) -> Centres {
+    let cuts = |motion: &Move| motion.kind == MoveKind::Feed && motion.tool == tool.number;
+    let curves = moves
+        .iter()
+        .enumerate()
+        .filter(|(_, motion)| cuts(motion))
+        .map(|(index, motion)| (index as u32, shifted(&motion.curve(), shift(job, toolpath, motion.wcs))));
+    Centres::new(curves, tool.radius_mm())
 }
 
 impl Simulated {
@@ -260,7 +261,7 @@ pub(super) fn shifted(curve: &Curve, by: Vec3) -> Curve {
 }
 
 /// The one ball end mill that a program cuts with.
-fn ball<'a>(which: &'static str, path: &Toolpath, job: &'a Job) -> Result<&'a Tool, SemifinishError> {
+pub(super) fn ball<'a>(which: &'static str, path: &Toolpath, job: &'a Job) -> Result<&'a Tool, SemifinishError> {
     let mut used: Vec<u32> =
         path.moves.iter().filter(|motion| motion.kind == MoveKind::Feed).map(|motion| motion.tool).collect();
     used.sort_unstable();

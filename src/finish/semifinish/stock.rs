@@ -5,7 +5,7 @@
 //! from the path of the finishing ball's centre and R' its radius, the stock along the normal is R' − D. Between two
 //! finishing passes it is measured to the scallop that they leave.
 
-use super::centres::Centres;
+use super::centres::{Centres, Near};
 use crate::path::Vec3;
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ pub(super) fn left(
     finish: &Centres,
     finish_radius_mm: f64,
 ) -> Vec<Option<f64>> {
-    let of = |near: &mut Vec<u32>, (tip, normal): &(Vec3, Vec3)| {
+    let of = |near: &mut Vec<Near>, (tip, normal): &(Vec3, Vec3)| {
         let touched = tip + Vec3::new(0.0, 0.0, semi_radius_mm) - normal * semi_radius_mm;
         finish.near(touched + normal * finish_radius_mm, finish_radius_mm, near);
         let nearest = finish.nearest(near, touched)?;
