@@ -317,3 +317,26 @@ fn an_inch_spiral_with_arcs_among_short_lines_is_scheduled_block_by_block() {
     let unexplained = |bound: &&Value| bound["name"] == "kept as programmed" && !bound["reason"].is_string();
     assert!(!held["bounds"].as_array().unwrap().iter().any(|bound| unexplained(&bound)), "{}", held["bounds"]);
 }
+
+/// A block in a loop has one feed for all its passes and cannot be split. Up to the first contact's last millimetre of engagement and from
+/// the lead-out on, two blocks of this contour keep their feed; so they keep it to their ends, and that is what holds most of the cut.
+#[test]
+fn blocks_that_cannot_be_split_are_held_by_their_lowest_place() {
+    let program = "%\nO20\nG21 G90 G17 G40 G94\nT1 M6\nS6000 M3\nG54 G0 X-10 Y-10 Z5\n#1=-3\nWHILE [#1 GE -9] DO1\nG0 X-10 Y-10\nG1 Z#1 F200\nG1 X2 F900\nY48\nG2 X6 Y52 R4\nG1 X66\nG2 X70 Y48 R4\nG1 Y-10\nG0 Z5\n#1=#1-3\nEND1\nM30\n%\n";
+    let setup = "[machine]\ndialect = \"fanuc\"\n[[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 10\nflutes = 3\nflute_length = 30\noverhang = 40\n[stock]\nmaterial = \"aluminium-6061-t6\"\nbox = { min = [0, 0, -20], max = [72, 54, 0] }\n[limits]\nforce_xy = 1000\nfeed_change = 1.3\n";
+    let held = optimized(bench(program, setup).path(), &[]);
+    // The first block cuts from y −4 or so, where the circle of radius 5 beside x = 2 meets the corner at the origin, the last to there.
+    let straight_mm = 48.0 + (25.0_f64 - 4.0).sqrt();
+    let kept_s = 2.0 * straight_mm / 900.0;
+    let raised_s = (60.0 + 2.0 * 4.0 * std::f64::consts::FRAC_PI_2) / 1170.0;
+    let expected = 100.0 * kept_s / (kept_s + raised_s);
+    let share = |name: &str| -> f64 {
+        let bounds = held["bounds"].as_array().unwrap().iter();
+        bounds.filter(|bound| bound["name"] == name).map(|bound| number(bound, "percent")).sum()
+    };
+    let (kept, raised) = (share("kept as programmed"), share("feed_change"));
+    assert!(
+        (kept - expected).abs() < 2.0 && (raised - (100.0 - expected)).abs() < 2.0,
+        "{kept} for {expected}, {raised}"
+    );
+}

@@ -141,8 +141,7 @@ fn shadow_prices_of_other_limits_are_what_one_percent_of_them_saves() {
             let problem = problem(&part.toolpath, &part.map, &part.job);
             let found = optimum(node_track(&problem, &part.toolpath, &part.job), 0.0);
             let leg_s = found.leg_times();
-            let told =
-                prices(&problem, &found, &leg_s).shadow.iter().find(|(of, _)| *of == kind).map(|(_, price)| *price);
+            let told = prices(&problem, &found).shadow.iter().find(|(of, _)| *of == kind).map(|(_, price)| *price);
             (leg_s.iter().sum::<f64>(), told)
         };
         let slope = (at(1.005).0 - at(0.995).0) / (0.01 * most / unit);
@@ -162,7 +161,7 @@ fn shadow_prices(mut part: Part, force_n: f64, same: f64) {
     let problem = problem(&part.toolpath, &part.map, &part.job);
     let found = optimum(node_track(&problem, &part.toolpath, &part.job), 0.0);
     assert_eq!(found.windows[1..], [0, 0]);
-    let told = prices(&problem, &found, &found.leg_times()).shadow;
+    let told = prices(&problem, &found).shadow;
     let told = told.iter().find(|(kind, _)| *kind == LimitKind::ForceXy).expect("the force limit binds").1;
     let mut moved = |factor: f64| {
         limit_force(&mut part.job, force_n * factor);

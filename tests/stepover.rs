@@ -59,11 +59,11 @@ fn step_overs_for_five_newtons_are_those_of_the_layer_model() {
     }
 }
 
-/// A part of a concave cylinder of 40 mm radius, 20 mm along X, from 10 to 60 degrees.
+/// A part of a concave cylinder of 40 mm radius, 12 mm along X, from 10 to 60 degrees.
 fn small_cylinder() -> Vec<[[f64; 3]; 3]> {
-    surfaces::sheet([20, 250], |u, v| {
+    surfaces::sheet([12, 250], |u, v| {
         let slope = (10.0 + 50.0 * v).to_radians();
-        [20.0 * u, 40.0 * slope.sin(), -40.0 * slope.cos()]
+        [12.0 * u, 40.0 * slope.sin(), -40.0 * slope.cos()]
     })
 }
 
@@ -75,7 +75,7 @@ fn setup_for(folder: &Path, stock: &str) -> std::path::PathBuf {
     path
 }
 
-const CYLINDER_STOCK: &str = "box = { min = [0, 6, -45], max = [20, 36, -15] }";
+const CYLINDER_STOCK: &str = "box = { min = [0, 6, -45], max = [12, 36, -15] }";
 
 fn stepover(folder: &Path, stl: &[u8], stock: &str, more: &[&str]) -> std::process::Output {
     let (part, setup) = (folder.join("part.stl"), setup_for(folder, stock));
@@ -185,8 +185,8 @@ fn passes_up_a_cylinder_are_arcs() {
 /// The same passes in every dialect, in millimetres and inches: read without a doubt, and of one length.
 #[test]
 fn every_dialect_and_unit_is_read_back_as_the_same_passes() {
-    let patch = surfaces::sheet([30, 30], |u, v| [6.0 * u, 6.0 * v, (0.5 * u).sin() * 2.0 + v * v]);
-    let stock = "box = { min = [0, 0, -4], max = [6, 6, 4] }";
+    let patch = surfaces::sheet([24, 24], |u, v| [4.0 * u, 4.0 * v, (0.5 * u).sin() * 2.0 + v * v]);
+    let stock = "box = { min = [0, 0, -4], max = [4, 4, 4] }";
     let mut first = None;
     for (dialect, unit) in [
         ("linuxcnc", "mm"),
@@ -354,7 +354,7 @@ fn bad_surfaces_are_refused_and_nothing_is_written() {
     let mut not_a_number = surfaces::stl(&good);
     not_a_number[84 + 12..84 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
     // Four millimetres along X, three across.
-    let in_hole = |k: usize| (8..12).contains(&(k / 2 % 20)) && (100..130).contains(&(k / 2 / 20));
+    let in_hole = |k: usize| (4..8).contains(&(k / 2 % 12)) && (100..130).contains(&(k / 2 / 12));
     let hole: Vec<_> = good.iter().enumerate().filter(|(k, _)| !in_hole(*k)).map(|(_, t)| *t).collect();
     let flat: Vec<_> = good.iter().map(|t| [t[0], t[0], t[1]]).collect();
     // A groove whose radius is smaller than the tool's.

@@ -104,7 +104,7 @@ fn steps_down_a_cone_are_those_of_the_closed_form() {
 #[test]
 fn steps_down_a_dome_are_those_of_the_closed_form() {
     let (radius, r, h) = (8.0, 3.0, 0.01);
-    let plan = plan_for(&dome([720, 600], radius, [1.0, 80.0]), Shape::ball(r), h, 30.0);
+    let plan = plan_for(&dome([360, 300], radius, [1.0, 80.0]), Shape::ball(r), h, 30.0);
     let apart = border(|apart| ball_scallop_mm(r, -1.0 / radius, apart) <= h, 0.01, 2.0);
     let slope = |tip_mm: f64| ((tip_mm + r) / (radius + r)).acos();
     let slopes: Vec<f64> = heights(&plan).iter().map(|tip| slope(*tip)).collect();
@@ -235,13 +235,13 @@ fn a_dome_is_finished_at_a_constant_force() {
 /// ball is no farther than its radius and the limit.
 #[test]
 fn the_scallop_of_a_dome_is_held_in_the_swept_volume() {
-    let mesh = dome([360, 240], 8.0, [1.0, 60.0]);
+    let mesh = dome([360, 240], 6.0, [1.0, 60.0]);
     let run = Run::new(&mesh, &["--feed", "960", "--reference-force", "50"], str::to_owned).done();
     let tips = run.tips(0.05);
     let mut highest = 0.0f64;
     for k in 0..3000 {
         let (slope, angle) = ((32.0 + 25.0 * f64::from(k) / 3000.0).to_radians(), 2.4 * f64::from(k));
-        let q = 8.0 * Vec3::new(slope.sin() * angle.cos(), slope.sin() * angle.sin(), slope.cos());
+        let q = 6.0 * Vec3::new(slope.sin() * angle.cos(), slope.sin() * angle.sin(), slope.cos());
         let far = tips.iter().map(|tip| (tip + 3.0 * Vec3::z() - q).norm()).fold(f64::INFINITY, f64::min);
         highest = highest.max(far - 3.0);
     }
@@ -256,9 +256,9 @@ fn the_scallop_of_a_dome_is_held_in_the_swept_volume() {
 #[test]
 fn one_top_is_finished_before_the_next_one() {
     let mesh = surfaces::sheet([120, 60], |u, v| {
-        let (x, y) = (24.0 * u - 12.0, 12.0 * v - 6.0);
-        let hill = |middle: f64| 8.0 * (-((x - middle).powi(2) + y * y) / 18.0).exp();
-        [x, y, hill(-6.0) + hill(6.0)]
+        let (x, y) = (18.0 * u - 9.0, 9.0 * v - 4.5);
+        let hill = |middle: f64| 6.0 * (-((x - middle).powi(2) + y * y) / 10.125).exp();
+        [x, y, hill(-4.5) + hill(4.5)]
     });
     let words = ["--feed", "960", "--reference-force", "50", "--scallop", "0.04", "--shallowest", "20"];
     let run = Run::new(&mesh, &words, str::to_owned).done();
@@ -344,7 +344,7 @@ fn what_cannot_be_is_refused_and_nothing_is_written() {
 #[test]
 fn every_dialect_and_unit_is_read_back_as_the_same_loops() {
     let (sin, cos) = 50f64.to_radians().sin_cos();
-    let mesh = round([120, 4], |v| [6.0 + 2.0 * v * cos, -2.0 * v * sin]);
+    let mesh = round([120, 4], |v| [5.0 + 1.2 * v * cos, -1.2 * v * sin]);
     let mut first = None;
     for (dialect, unit) in [
         ("linuxcnc", "mm"),

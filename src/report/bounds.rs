@@ -1,4 +1,4 @@
-//! What bounds the feed. In: cutting time by what bounds it, of the continuous optimum. Out: shares of it that add to 100 %, with
+//! What bounds the feed. In: cutting time of the written program by what bounds it. Out: shares of it that add to 100 %, with
 //! "kept as programmed" under its own name, once for each reason.
 
 use crate::machine::LimitKind;

@@ -334,9 +334,11 @@ pub fn stepover_words(answer: &Answer) -> String {
         let (step_mm, measured) = measured(rival.step);
         let _ = writeln!(
             text,
-            "constant  {step_mm:.3} mm {measured} keeps force and scallop everywhere: {}, {} passes; varying takes {percent:.1} % less",
+            "constant  {step_mm:.3} mm {measured} keeps force and scallop everywhere: {}, {} passes; varying takes {:.1} % {}",
             clock(rival.program.check.time_s),
-            rival.program.plan.passes.iter().filter(|pass| !pass.stretches.is_empty()).count()
+            rival.program.plan.passes.iter().filter(|pass| !pass.stretches.is_empty()).count(),
+            percent.abs(),
+            if percent < 0.0 { "more" } else { "less" }
         );
     }
     let _ = writeln!(text, "prices    {:+.2} s per N, {:+.2} s per um of scallop", answer.prices[0], answer.prices[1]);

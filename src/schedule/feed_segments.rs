@@ -117,7 +117,7 @@ fn segment(node: &Node, time_s: f64) -> FeedSegment {
 
 /// Group of moves that share one feed, by move index: those that the toolpath says are made by the same text, and the feed
 /// moves of one block.
-fn groups(toolpath: &Toolpath) -> Vec<Option<u32>> {
+pub fn groups(toolpath: &Toolpath) -> Vec<Option<u32>> {
     let blocks = toolpath.moves.iter().map(|motion| motion.block.0 + 1).max().unwrap_or(0);
     let mut count = vec![0; blocks as usize];
     for motion in toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed) {

@@ -6,7 +6,7 @@
 //! | which limits and modes hold where | [`rules`], [`operations`], [`kinds_of_cut`], [`reference`](mod@reference), [`idle_limits`] |
 //! | from limits to caps and floors | [`problem`](mod@problem), [`caps`], [`cutters`], [`known_loads`], [`history`], [`confidence`], [`not_raised`], [`ramps`], [`force_rate`], [`budget`], [`wear`] |
 //! | the continuous optimum | [`track`], [`corner`], [`exact_pass`], [`optimum`], [`interior_point`], [`five_diagonals`], [`convex`], [`cone`], [`check`] |
-//! | F words | [`solve`](mod@solve), [`feed_segments`], [`f_words`], [`prices`] |
+//! | F words | [`solve`](mod@solve), [`feed_segments`], [`f_words`], [`prices`], [`holders`](mod@holders) |
 //! | the model of the control | [`control`], [`realise`](mod@realise), [`cycle_time`] |
 //! | further answers for the report | [`feed_marks`], [`stress`] |
 
@@ -27,6 +27,7 @@ pub mod feed_segments;
 pub mod five_diagonals;
 pub mod force_rate;
 pub mod history;
+pub mod holders;
 pub mod idle_limits;
 pub mod interior_point;
 pub mod not_raised;

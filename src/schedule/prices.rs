@@ -1,5 +1,8 @@
-//! What bounds the feed, for how long, and what more of it would save. In: problem, continuous optimum. Out: prices per node, shadow
-//! prices per kind of limit, cutting time by binding limit.
+//! What bounds the feed, for how long, and what more of it would save. In: problem, continuous optimum, written feeds. Out: prices per node,
+//! shadow prices per kind of limit, cutting time of the written program by binding limit.
+//!
+//! Prices are those of the continuous optimum. The time is that at the written feed: where an F word holds a place below the speed of the
+//! optimum, the place whose cap the word comes from is what bounds it ([`Holder`]).
 //!
 //! The price of a cap on b comes from the reverse sweep of the exact pass, or from the multipliers of the convex program
 //! inside its windows, which cover every place where arcs or jerk couple speeds (there the derivative of the sweeps would be a
@@ -8,7 +11,7 @@
 
 use super::exact_pass::{cap_prices, exact_pass, time_slopes};
 use super::optimum::Optimum;
-use super::problem::{NotRaised, Problem};
+use super::problem::{Holder, NotRaised, Problem};
 use crate::machine::LimitKind;
 
 /// Share of its cap that a speed must reach for the cap to count as binding; below it the accelerations of the machine do.
@@ -21,38 +24,57 @@ pub struct Prices {
     pub node_s: Vec<f64>,
     /// Seconds that one more unit of a limit changes the time by (negative: it saves time), by kind.
     pub shadow: Vec<(LimitKind, f64)>,
-    /// Cutting time by what bounds it, s.
-    pub active_s: Vec<(LimitKind, f64)>,
+}
+
+/// Cutting time by what bounds it.
+#[derive(Debug, Clone, Default)]
+pub struct Active {
+    /// By limit, s.
+    pub by_limit_s: Vec<(LimitKind, f64)>,
     /// That of [`LimitKind::Programmed`] by the reason why the feed is not raised, s.
     pub not_raised_s: Vec<(NotRaised, f64)>,
 }
 
-/// Prices; `leg_s` is the time of each leg of the optimum.
-pub fn prices(problem: &Problem, optimum: &Optimum, leg_s: &[f64]) -> Prices {
+/// Prices of an optimum.
+pub fn prices(problem: &Problem, optimum: &Optimum) -> Prices {
     let node_s = node_prices(problem, optimum);
     let mut shadow = [0.0; LimitKind::ALL.len()];
     for (node, price_s) in problem.nodes.iter().zip(&node_s) {
         shadow[node.cap.kind as usize] -= price_s * node.cap.per_unit;
     }
-    let mut active = [0.0; LimitKind::ALL.len()];
+    Prices { node_s, shadow: listed(shadow) }
+}
+
+/// Cutting time of the written program by what bounds it; `holders` by node.
+pub fn active(problem: &Problem, optimum: &Optimum, holders: &[Holder]) -> Active {
+    let mut by_limit = [0.0; LimitKind::ALL.len()];
     let mut not_raised_s: Vec<(NotRaised, f64)> = Vec::new();
-    for (i, time_s) in leg_s.iter().enumerate() {
-        let node = &problem.nodes[optimum.tags[i] as usize];
-        if node.cutting {
-            let kind = binding(problem, optimum, i, *time_s);
-            active[kind as usize] += time_s;
-            if let (LimitKind::Programmed, Some(why)) = (kind, node.not_raised) {
-                match not_raised_s.iter_mut().find(|(known, _)| *known == why) {
-                    Some((_, seconds)) => *seconds += time_s,
-                    None => not_raised_s.push((why, *time_s)),
-                }
+    for (i, leg_s) in optimum.leg_times().into_iter().enumerate() {
+        let tag = optimum.tags[i] as usize;
+        if !problem.nodes[tag].cutting {
+            continue;
+        }
+        let length_mm = optimum.chain.legs[i].ds_mm;
+        let holder = holders[tag];
+        let (kind, node, time_s) = if holder.is_elsewhere(length_mm / leg_s) {
+            let node = &problem.nodes[holder.node as usize];
+            (if node.free { node.cap.kind } else { LimitKind::Programmed }, node, length_mm / holder.feed_mm_s)
+        } else {
+            (binding(problem, optimum, i, leg_s), &problem.nodes[tag], leg_s)
+        };
+        by_limit[kind as usize] += time_s;
+        if let (LimitKind::Programmed, Some(why)) = (kind, node.not_raised) {
+            match not_raised_s.iter_mut().find(|(known, _)| *known == why) {
+                Some((_, seconds)) => *seconds += time_s,
+                None => not_raised_s.push((why, time_s)),
             }
         }
     }
-    let listed = |values: [f64; LimitKind::ALL.len()]| {
-        LimitKind::ALL.into_iter().zip(values).filter(|(_, value)| *value != 0.0).collect()
-    };
-    Prices { node_s, shadow: listed(shadow), active_s: listed(active), not_raised_s }
+    Active { by_limit_s: listed(by_limit), not_raised_s }
+}
+
+fn listed(values: [f64; LimitKind::ALL.len()]) -> Vec<(LimitKind, f64)> {
+    LimitKind::ALL.into_iter().zip(values).filter(|(_, value)| *value != 0.0).collect()
 }
 
 /// What bounds a leg.

@@ -249,6 +249,25 @@ pub struct Realised {
     pub by_cause: Vec<(&'static str, f64)>,
 }
 
+/// The written feed of a node, and whose cap it comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Holder {
+    /// Written feed, mm/s; infinite where no piece covers the node.
+    pub feed_mm_s: f64,
+    /// Index of the node with the lowest cap under the same feed.
+    pub node: u32,
+}
+
+/// Share of what a place allows that its written feed must reach for the place to hold it itself; the rounding of an F word is less.
+const OWN: f64 = 0.98;
+
+impl Holder {
+    /// Is the written feed lower than what the place itself would run at, mm/s, so that another place holds it?
+    pub fn is_elsewhere(&self, own_mm_s: f64) -> bool {
+        self.feed_mm_s < OWN * own_mm_s
+    }
+}
+
 /// The feeds of the whole program, with their times and prices.
 #[derive(Debug, Clone, Default)]
 pub struct Schedule {
@@ -263,7 +282,9 @@ pub struct Schedule {
     pub bound_costs_s: f64,
     /// Seconds saved per unit of a limit (negative: more would save time), by kind.
     pub shadow_prices: Vec<(LimitKind, f64)>,
-    /// Cutting time by what bounds it, s.
+    /// What holds the written feed of each node, by node.
+    pub holders: Vec<Holder>,
+    /// Cutting time of the written program by what bounds it, s.
     pub active_s: Vec<(LimitKind, f64)>,
     /// The part of `active_s` that [`LimitKind::Programmed`] bounds, by the reason why the feed is not raised, s. Time without such a
     /// reason is left out.

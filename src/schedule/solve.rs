@@ -9,8 +9,9 @@ use super::control::Control;
 use super::exact_pass::{exact_pass, leg_times};
 use super::f_words::{Costs, Grid, choose};
 use super::feed_segments::{FeedSegment, feed_segments};
+use super::holders::holders;
 use super::optimum::optimum;
-use super::prices::prices;
+use super::prices::{active, prices};
 use super::problem::{Bound, Conflict, FeedPiece, Problem, Schedule};
 use super::realise::{realise, realise_by};
 use super::track::{Track, track};
@@ -218,11 +219,13 @@ pub fn continuous_s(problem: &Problem, toolpath: &Toolpath, job: &Job) -> f64 {
 /// Fills in the binding limit of each piece with its price, and the shadow prices of the whole program.
 pub fn explain(schedule: &mut Schedule, problem: &Problem, toolpath: &Toolpath, job: &Job) {
     let optimum = optimum(node_track(problem, toolpath, job), 0.0);
-    let prices = prices(problem, &optimum, &optimum.leg_times());
+    let prices = prices(problem, &optimum);
+    schedule.holders = holders(problem, toolpath, &schedule.pieces);
+    let active = active(problem, &optimum, &schedule.holders);
     put_prices(&mut schedule.pieces, problem, &prices.node_s);
     schedule.missed = missed(problem, &schedule.pieces, &fastest_s(problem, toolpath, job));
     (schedule.shadow_prices, schedule.active_s, schedule.not_raised_s) =
-        (prices.shadow, prices.active_s, prices.not_raised_s);
+        (prices.shadow, active.by_limit_s, active.not_raised_s);
     (schedule.how, schedule.windows) = (optimum.how(), optimum.windows);
 }
 

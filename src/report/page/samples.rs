@@ -256,14 +256,19 @@ impl Gathering<'_> {
         if self.reasons.is_empty() {
             self.reasons.push(String::new());
         }
-        let Some(node) = node_at(self.run, found.station).map(|at| &self.run.problem.nodes[at]) else { return 0 };
-        let text = match (node.infeasible, node.not_raised) {
+        let Some(at) = node_at(self.run, found.station) else { return 0 };
+        let nodes = &self.run.problem.nodes;
+        let holder = self.run.written.as_ref().map(|written| written.schedule.holders[at]);
+        let elsewhere = holder.filter(|holder| holder.is_elsewhere(nodes[at].cap.feed_mm_s));
+        let node = elsewhere.map_or(&nodes[at], |holder| &nodes[holder.node as usize]);
+        let place = if elsewhere.is_some() { ", elsewhere under the same feed" } else { "" };
+        let text = match (nodes[at].infeasible, node.not_raised) {
             (Some(kind), _) => format!("{} is above its limit even at the lowest feed allowed", plain(kind)),
             (None, Some(kept)) if found.feed_after_mm_s >= found.feed_before_mm_s => {
-                format!("not raised: {}", kept.why())
+                format!("not raised: {}{place}", kept.why())
             }
-            _ if self.run.written.is_none() => return 0,
-            (None, _) => format!("held by: {}", plain(node.cap.kind)),
+            _ if holder.is_none() => return 0,
+            (None, _) => format!("held by: {}{place}", plain(node.cap.kind)),
         };
         self.reasons.iter().position(|known| *known == text).unwrap_or_else(|| {
             self.reasons.push(text);
