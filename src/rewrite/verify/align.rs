@@ -296,7 +296,10 @@ impl Frame {
             words.iter().filter_map(|word| if let TokenKind::Word(letter) = word.kind { Some(letter) } else { None });
         let letters: Vec<u8> = letters.collect();
         let deleted = program.tokens(block).any(|token| token.kind == TokenKind::Delete);
-        if deleted || words.is_empty() || !letters.iter().all(|letter| b"NFGXYZIJKR".contains(letter)) {
+        // Controls read a block number at the beginning only; LinuxCNC refuses the line otherwise.
+        let numbered_late = letters.iter().skip(1).any(|letter| *letter == b'N');
+        if deleted || numbered_late || words.is_empty() || !letters.iter().all(|letter| b"NFGXYZIJKR".contains(letter))
+        {
             return None;
         }
         let arc = letters.iter().any(|letter| b"IJKR".contains(letter));
