@@ -10,21 +10,19 @@ use super::output::{Kind, Output, Outputs};
 use super::screen::Screen;
 use crate::job::learned;
 use crate::learn::calibrate::experiment::experiment;
-use crate::learn::dataset::layers::least_radius;
 use crate::learn::dataset::samples::Data;
 use crate::learn::dataset::steady_table::{SteadyRow, TableTool, rows};
-use crate::learn::dataset::table_data::data;
+use crate::learn::diagnose::Options;
 use crate::learn::diagnose::doubts;
 use crate::learn::diagnose::plotted::curves;
-use crate::learn::diagnose::{Options, diagnose};
 use crate::learn::log::columns::{DataError, Frame, read};
 use crate::learn::log::resultant::Sample;
-use crate::learn::model::cross_validation::{by_blocks, by_kind};
 use crate::learn::model::design::in_model_file;
 use crate::learn::process_model;
 use crate::learn::program::declared::declared;
 use crate::learn::report::LearnReport;
 use crate::learn::session::{LearnError, Learned, LogOptions, run};
+use crate::learn::table;
 use crate::machine::material::Process;
 use crate::machine::{Job, Table};
 use crate::report::learn::learn_words;
@@ -192,13 +190,8 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
         .map_err(|e| refused(&e.into(), &command.table))?;
     let efficiency = efficiency(setup.as_ref());
     let spindle = setup.as_ref().map(|job| &job.machine.spindle);
-    let found =
-        data(&frame, &table, |y| y * efficiency.at(y), spindle).map_err(|e| refused(&e.into(), &command.table))?;
-    let main = main_kind(&found.kind, found.kind_names.len());
-    let split = main.map_or_else(|| by_blocks(&found, "set-up"), |kind| by_kind(&found, kind, "set-up"));
-    let mut report = diagnose(&found, &split, &Options::default())
-        .ok_or_else(|| CliError::new("the table has too few cuts for its model", "give more cuts, in more set-ups"))?;
-    report.least_radius = least_radius(&table);
+    let (mut report, found) = table::learn_table(&frame, &table, |y| y * efficiency.at(y), spindle)
+        .map_err(|e| refused(&e.into(), &command.table))?;
     let doubts = doubts::of_table(&report, &found, setup.as_ref().and_then(declared_k_tc));
     report.supports_model &= doubts.is_empty();
     report.warnings.extend(doubts);
@@ -214,12 +207,6 @@ pub fn learn_table(command: &LearnTable, global: &Global, screen: Screen) -> Res
 /// Tangential cutting coefficient of the first tool's material, N/mm².
 pub(super) fn declared_k_tc(job: &Job) -> Option<f64> {
     declared(job, job.tools.first()?).map(|k| k.k_tc)
-}
-
-/// With several operations the most frequent one is fitted, the others are for the transfer.
-fn main_kind(kind: &[usize], kinds: usize) -> Option<usize> {
-    let count = |k: usize| kind.iter().filter(|x| **x == k).count();
-    (kinds > 1).then(|| (0..kinds).max_by_key(|k| count(*k)).unwrap_or(0))
 }
 
 /// Reads a setup file.

@@ -163,6 +163,8 @@ pub struct Effect {
     /// The wear law of an effect that wears edges, for a wear index that is 1 on a fresh edge. Such an effect reaches predicted loads as wear
     /// of the tool ([`super::wear`]), not through `change`.
     pub wear: Option<fn(&[f64]) -> WearRate>,
+    /// The values of the parameters for an edge that is from its first cut on as worn as these values make it after a way, mm.
+    pub as_worn: Option<fn(&[f64], f64) -> Vec<f64>>,
     /// The test cut that distinguishes it from other effects, one clause.
     pub separated_by: &'static str,
     /// What the data must contain before it is looked for: all of these.
@@ -189,6 +191,7 @@ pub(super) const BARE: Effect = Effect {
     forms: &[],
     change: |_, _| Change::default(),
     wear: None,
+    as_worn: None,
     separated_by: "",
     needs: &[],
     geometry: &[],

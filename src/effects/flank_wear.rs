@@ -85,10 +85,18 @@ pub const EFFECT: Effect = Effect {
     forms: &[&[0, 1, 2, 3], &[0, 2, 3], &[0, 1, 3], &[0, 3], &[0, 1, 2], &[0, 2], &[0, 1], &[0]],
     change,
     wear: Some(rate),
+    as_worn: Some(as_worn),
     separated_by: "the first cut repeated after the last, at the same feed",
     needs: &[Need::Range(Covariate::Sliding, 1e3)],
     ..BARE
 };
+
+fn as_worn(p: &[f64], way_mm: f64) -> Vec<f64> {
+    let mut values = p.to_vec();
+    let lowest = EFFECT.parameters[2].min;
+    (values[0], values[1], values[2], values[3]) = (0.0, rate(p).rise(way_mm), lowest, 0.0);
+    values
+}
 
 fn rate(p: &[f64]) -> WearRate {
     WearRate {

@@ -10,6 +10,8 @@ use super::{Acts, BARE, Change, Covariate, Effect, Multiplies, Need, Parameter, 
 
 /// Most knots of a curve.
 pub const KNOTS: usize = 8;
+/// How the names of the factors at the knots begin.
+pub const FACTOR: &str = "factor_";
 /// Position of unused knots.
 pub const BEYOND: f64 = 1e12;
 /// Least and greatest factor.

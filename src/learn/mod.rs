@@ -17,6 +17,7 @@
 //! | [`process_model`] | the process model that a diagnosis or a calibration supports |
 //! | [`machine_times`] | how the machine moves, from a log without a load |
 //! | [`session`] | the whole way from a log to its report |
+//! | [`table`] | the same from a table of steady cuts |
 //! | [`evaluate`] | errors of a model on data that it was not fitted to |
 
 pub mod report;
@@ -32,4 +33,5 @@ pub mod calibrate;
 pub mod process_model;
 pub mod machine_times;
 pub mod session;
+pub mod table;
 pub mod evaluate;

@@ -4,7 +4,8 @@
 //! Radial and axial coefficients that were not measured keep the ratio to the tangential ones that the setup declares,
 //! or else the ratios of Xu, Jerard and Fussell ([`SHARES`]).
 
-use crate::effects::{Acts, Covariate, Place, named};
+use crate::effects::unnamed::FACTOR;
+use crate::effects::{Acts, Covariate, Effect, Place, named};
 use crate::learn::calibrate::Calibration;
 use crate::learn::dataset::layers::TERMS;
 use crate::learn::program::declared::of_job;
@@ -76,7 +77,27 @@ fn in_use(added: &Added, report: &LearnReport) -> EffectUse {
         let is_instant = parameter.is_some_and(|own| own.place == Some(Place::Instant));
         (p.name.clone(), if is_in_doubt && is_instant { 0.0 } else { p.value })
     };
-    EffectUse { name: added.name.clone(), parameters: added.parameters.iter().map(value).collect() }
+    let used = EffectUse { name: added.name.clone(), parameters: added.parameters.iter().map(value).collect() };
+    match (effect, report.counted_way_mm) {
+        (Some(effect), Some(way_mm)) => as_at_the_end(effect, used, way_mm),
+        _ => used,
+    }
+}
+
+/// An effect of the way of an edge whose length is not known: as at the end of the table, the largest that was seen, from the first cut on.
+fn as_at_the_end(effect: &Effect, used: EffectUse, way_mm: f64) -> EffectUse {
+    let is_of_the_way = |covariate| matches!(covariate, &Covariate::Sliding | &Covariate::Volume);
+    if let Some((as_worn, values)) = effect.as_worn.zip(effect.values(&used)) {
+        let names = effect.parameters.iter().map(|p| p.name.to_owned());
+        return EffectUse { parameters: names.zip(as_worn(&values, way_mm)).collect(), ..used };
+    }
+    if !effect.family.is_empty() || !effect.covariates.iter().any(is_of_the_way) {
+        return used;
+    }
+    let factors = || used.parameters.iter().filter(|(name, _)| name.starts_with(FACTOR)).map(|(_, value)| *value);
+    let largest = factors().fold(f64::NEG_INFINITY, f64::max);
+    let flat = |(name, value): &(String, f64)| (name.clone(), if name.starts_with(FACTOR) { largest } else { *value });
+    EffectUse { name: used.name.clone(), parameters: used.parameters.iter().map(flat).collect() }
 }
 
 fn scaled(k_tc: f64, k_te: f64, declared: Option<LinearEdge>, k_rc: Option<f64>, k_re: Option<f64>) -> LinearEdge {

@@ -197,6 +197,33 @@ impl Ceiling {
     }
 }
 
+/// A cut of a table that the others do not predict and that was left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outlying {
+    /// Row of the table, 1-based, the header not counted.
+    pub row: usize,
+    /// Its reading.
+    pub reading: f64,
+    /// What the model of the other cuts predicts.
+    pub predicted: f64,
+    /// Has it the largest predicted load of all?
+    pub is_largest: bool,
+}
+
+impl Outlying {
+    /// One sentence.
+    pub fn in_words(&self) -> String {
+        let apart = 100.0 * (self.reading / self.predicted - 1.0);
+        let (percent, way) = (apart.abs(), if apart < 0.0 { "less" } else { "more" });
+        let ask = if self.is_largest && apart < 0.0 {
+            "it has the largest load of all: does the meter or the drive end there?"
+        } else {
+            "is the row right, or was something else about this cut?"
+        };
+        format!("row {} reads {percent:.0} % {way} than the other cuts predict, and was left out; {ask}", self.row)
+    }
+}
+
 /// A stretch of a log in which the machine did not run at the predicted feed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeedEvent {
@@ -257,6 +284,8 @@ pub struct LearnReport {
     pub events: Vec<FeedEvent>,
     /// Readings that stop at a ceiling.
     pub ceilings: Vec<Ceiling>,
+    /// Cuts of a table that the others do not predict.
+    pub outlying: Vec<Outlying>,
     /// Base parameters.
     pub base: Vec<Estimate>,
     /// Condition number of the base fit.
@@ -287,6 +316,11 @@ pub struct LearnReport {
     pub left_out: Vec<Estimate>,
     /// Least radius of a layer over that of its ball, for tables of layers.
     pub least_radius: Option<f64>,
+    /// n ln(S/n) of what the answer to a table leaves, with charges for its parameters and for cuts that were left out: the less, the better
+    /// are the same readings explained (Bayesian information criterion).
+    pub cost: Option<f64>,
+    /// Greatest way of an edge at the end of a table that does not say how long its cuts are, each counted as equally long, mm.
+    pub counted_way_mm: Option<f64>,
     /// Covariance of the final base parameters.
     pub covariance: Vec<Vec<f64>>,
     /// Spindle speed that the tare belongs to, rev/s; `None` if nothing has a tare.

@@ -90,6 +90,7 @@ pub fn learn_words(r: &LearnReport) -> String {
     }
     r.events.iter().for_each(|event| text += &format!("event: {}\n", event.in_words()));
     r.ceilings.iter().for_each(|ceiling| text += &format!("event: {}\n", ceiling.in_words()));
+    r.outlying.iter().for_each(|cut| text += &format!("event: {}\n", cut.in_words()));
     r.wear.iter().chain(&r.warnings).for_each(|note| text += &format!("note: {note}\n"));
     text
 }

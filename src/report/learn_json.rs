@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::json_parts::{ErrorsPart, EstimatePart, estimates, finite, text};
 use super::marks::WRITTEN_BY;
 use crate::learn::report::{
-    Added, Alignment, Ceiling, Confounded, FeedEvent, LearnReport, Rejected, Transfer, Unexplained, Unnamed, Window,
+    Added, Alignment, Ceiling, Confounded, FeedEvent, LearnReport, Outlying, Rejected, Transfer, Unexplained, Unnamed,
+    Window,
 };
 
 /// JSON report of a diagnosis.
@@ -53,7 +54,13 @@ impl<'a> LearnPart<'a> {
             transfer: r.transfer.iter().map(TransferPart::of).collect(),
             windows: r.windows.iter().map(WindowPart::of).collect(),
             wear: r.wear.as_deref(),
-            events: r.events.iter().map(EventPart::of).chain(r.ceilings.iter().map(EventPart::of_ceiling)).collect(),
+            events: r
+                .events
+                .iter()
+                .map(EventPart::of)
+                .chain(r.ceilings.iter().map(EventPart::of_ceiling))
+                .chain(r.outlying.iter().map(EventPart::of_outlying))
+                .collect(),
             variants_tried: r.variants_tried,
             warnings: &r.warnings,
             supports_model: r.supports_model,
@@ -384,6 +391,19 @@ impl EventPart {
             reading: Some(ceiling.reading),
             samples: Some(ceiling.samples),
             said: ceiling.in_words(),
+        }
+    }
+
+    fn of_outlying(outlying: &Outlying) -> Self {
+        Self {
+            kind: "outlying",
+            covariate: if outlying.is_largest { "load" } else { "row" },
+            time_s: None,
+            lines: None,
+            feed_ratio: None,
+            reading: Some(outlying.reading),
+            samples: Some(1),
+            said: outlying.in_words(),
         }
     }
 }

@@ -194,6 +194,7 @@ fn alignment(report: &LearnReport) -> Markup {
     ];
     rows.extend(report.events.iter().map(|event| vec!["event".to_owned(), event.in_words()]));
     rows.extend(report.ceilings.iter().map(|ceiling| vec!["event".to_owned(), ceiling.in_words()]));
+    rows.extend(report.outlying.iter().map(|cut| vec!["event".to_owned(), cut.in_words()]));
     words("Alignment", &["", ""], &rows)
 }
 

@@ -76,6 +76,9 @@ impl SteadyRow {
     }
 }
 
+/// Columns that name the edge of a cut.
+const EDGE_COLUMNS: [&str; 3] = ["edge", "tool_edge", "insert"];
+
 /// Rows of a table.
 pub fn rows(frame: &Frame, tools: &[TableTool]) -> Result<Vec<SteadyRow>, DataError> {
     let column = |name: &str| frame.numbers(name).unwrap_or_else(|| vec![f64::NAN; frame.rows]);
@@ -88,7 +91,7 @@ pub fn rows(frame: &Frame, tools: &[TableTool]) -> Result<Vec<SteadyRow>, DataEr
     let (path, layer) = (column("path_radius_mm"), frame.numbers("layer_height_mm"));
     let (order, duration) = (column("order"), column("duration_s"));
     let text = |name: &str, i: usize| frame.text(name).map_or(String::new(), |t| t[i].clone());
-    let edge_name = ["edge", "tool_edge", "insert"].into_iter().find(|name| frame.text(name).is_some());
+    let edge_name = EDGE_COLUMNS.into_iter().find(|name| frame.text(name).is_some());
     let wear = column("wear");
     let group_name = ["group", "part", "set_up", "setup"].into_iter().find(|name| frame.text(name).is_some());
     let shape_text = frame.text("shape");
@@ -231,18 +234,40 @@ pub fn numbered<'a>(names: impl Iterator<Item = &'a str>) -> (Vec<usize>, Vec<St
     (numbers, known)
 }
 
+/// Length of a cut in a table that says nothing of how long its cuts last, mm: the way of the teeth is then known but for one factor that all
+/// cuts share.
+pub const COUNTED_MM: f64 = 100.0;
+
+/// Does the table leave open how long its cuts last, so that each is counted as [`COUNTED_MM`] long?
+pub fn way_is_counted(table: &[SteadyRow]) -> bool {
+    table.iter().all(|row| !row.duration_s.is_finite())
+}
+
+/// The table with one edge for each tool, whatever the set-up: the other reading of a table that does not say when an edge was fresh.
+/// `None` where it says so, or has one set-up only.
+pub fn with_one_edge(frame: &Frame, table: &[SteadyRow]) -> Option<Vec<SteadyRow>> {
+    let is_declared = EDGE_COLUMNS.iter().any(|name| frame.text(name).is_some()) || frame.numbers("wear").is_some();
+    let several = table.iter().any(|row| row.group != table[0].group);
+    let of_tool = |row: &SteadyRow| row.edge.strip_prefix(&row.group).unwrap_or_default().to_owned();
+    let one = || table.iter().map(|row| SteadyRow { edge: of_tool(row), ..row.clone() }).collect();
+    (!is_declared && several).then(one)
+}
+
 /// States in the order of the rows; time, sliding distance and volume accumulate in the `order` of the tests, the
 /// latter two for each edge.
 pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<State> {
     let mut states = vec![State::default(); table.len()];
     let reference = table.first().map_or(1.0, |row| row.cut.rps);
+    let counted = way_is_counted(table);
     let mut clock = 0.0;
     // History of each edge: sliding distance, mm, and volume, mm³.
     let mut behind: BTreeMap<&str, (Lengths, f64)> = BTreeMap::new();
     for &i in order {
         let (row, c) = (&table[i], &table[i].cut);
         let r = row_rates(row, true);
-        let lasts = or(row.duration_s, 1.0);
+        // Without any duration the cuts are as long as each other.
+        let way_s = if counted { COUNTED_MM / c.feed_mm_s } else { row.duration_s };
+        let lasts = or(way_s, 1.0);
         let known = c.diameter_mm.is_finite() && c.radial_depth_mm.is_finite();
         let theta = if known { immersion_rad(0.5 * c.diameter_mm, c.radial_depth_mm, None) } else { f64::NAN };
         let past = behind.entry(row.edge.as_str()).or_default();
@@ -253,8 +278,8 @@ pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<Stat
         let feed_per_tooth_mm = c.feed_mm_s / (f64::from(c.flutes) * c.rps);
         states[i] = State {
             time_s: if row.duration_s.is_finite() { clock } else { row.order },
-            slid: if row.duration_s.is_finite() { slid } else { Lengths([f64::NAN; 4]) },
-            volume_mm3: if row.duration_s.is_finite() { volume } else { f64::NAN },
+            slid: if way_s.is_finite() { slid } else { Lengths([f64::NAN; 4]) },
+            volume_mm3: if way_s.is_finite() { volume } else { f64::NAN },
             rps: c.rps,
             reference_rps: reference,
             feed_per_tooth_mm,

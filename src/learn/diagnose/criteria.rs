@@ -118,6 +118,14 @@ const STRUCTURE: f64 = 0.15;
 const SLOWER_THAN: f64 = 0.6;
 const SLOWER_NATS: f64 = 30.0;
 
+/// Scatters of the rest by which a cut of a table is missed by the model of the others where it is outlying. Among 100 cuts with the scatter of
+/// a normal distribution one in 5 million tables has such a cut.
+const OUTLYING: f64 = 6.0;
+/// Largest share of the cuts of a table that may be outlying, and fewest cuts of a table in which they are sought: with fewer a single cut
+/// decides a coefficient, and no other one can contradict it. Judgement.
+const MOST_OUTLYING: f64 = 0.05;
+const FEWEST_TO_CONTRADICT: usize = 20;
+
 /// Fewest samples at a ceiling of a reading, and largest share of all: the others have to tell the base coefficients. Judgement, like the
 /// three that follow.
 const FEWEST_AT_CEILING: usize = 4;
@@ -342,6 +350,16 @@ const GAINS: f64 = 0.98;
 /// Standard errors below zero from which a coefficient is negative and not merely uncertain.
 const NEGATIVE: f64 = 2.0;
 
+/// Most cuts of a table of so many that may be outlying.
+pub(in crate::learn) fn most_outlying(cuts: usize) -> usize {
+    if cuts < FEWEST_TO_CONTRADICT { 0 } else { (MOST_OUTLYING * cuts as f64) as usize }
+}
+
+/// Is a cut outlying that is missed by so many scatters of the others?
+pub(in crate::learn) fn is_outlying(scatters: f64) -> bool {
+    scatters >= OUTLYING
+}
+
 /// Can so many of the samples of a quantity be at its ceiling?
 pub(in crate::learn) fn can_be_at_a_ceiling(samples: usize, all: usize) -> bool {
     samples >= FEWEST_AT_CEILING && samples as f64 <= MOST_AT_CEILING * all as f64
@@ -448,6 +466,12 @@ mod tests {
         assert!(c.harms_elsewhere(-0.03) && !c.harms_elsewhere(-0.01));
         assert!(c.is_clearly_better(1.1) && !c.is_clearly_better(0.9));
         assert!(is_slower(0.59, 31.0) && !is_slower(0.61, 99.0) && !is_slower(0.1, 29.0));
+    }
+
+    #[test]
+    fn a_cut_is_outlying_on_one_side_of_every_threshold_and_not_on_the_other() {
+        assert!(is_outlying(6.1) && !is_outlying(5.9));
+        assert_eq!([19, 20, 39, 40].map(most_outlying), [0, 1, 1, 2]);
     }
 
     #[test]

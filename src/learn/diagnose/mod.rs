@@ -17,6 +17,7 @@ pub mod held_out;
 mod idle;
 #[cfg(test)]
 mod made_data;
+mod outlying;
 pub mod over_time;
 pub mod plotted;
 pub mod residual;

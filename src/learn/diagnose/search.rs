@@ -29,6 +29,7 @@ use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::free_curve::along_all;
+use crate::learn::diagnose::outlying::{cost, outlying, without as without_cuts};
 use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
 use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
 use crate::learn::diagnose::trial_cache::TrialCache;
@@ -51,8 +52,33 @@ const EXCHANGES: usize = 3;
 /// Most curves without a name.
 const MOST_CURVES: usize = 2;
 
-/// Runs the whole diagnosis.
+/// Runs the whole diagnosis. Of a table it is run again without the cuts that are outlying beside the plain model, or beside that of the
+/// first answer, and the answer of least cost is kept ([`super::outlying`]).
 pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnReport> {
+    let (whole, effects) = diagnose_all(data, split, options)?;
+    if data.is_series() {
+        return Some(whole);
+    }
+    let mut best = LearnReport { cost: Some(cost(data, &effects, &[])), ..whole };
+    let mut least = best.cost.map_or(f64::INFINITY, |cost| cost - options.criteria.least_score(false));
+    for effects in [&[], effects.as_slice()] {
+        let apart = outlying(data, effects);
+        if apart.is_empty() {
+            continue;
+        }
+        let Some((mut again, effects)) = diagnose_all(&without_cuts(data, &apart), split, options) else { continue };
+        let there = cost(data, &effects, &apart);
+        if there < least {
+            (again.outlying, again.cost) = (apart, Some(there));
+            (best, least) = (again, there);
+        }
+    }
+    best.verdict = verdict(&best);
+    Some(best)
+}
+
+/// The diagnosis of all samples, and the effects of its model.
+fn diagnose_all(data: &Data, split: &Split, options: &Options) -> Option<(LearnReport, Vec<FittedEffect>)> {
     let (data, ceilings) = &without_ceilings(data, &options.criteria);
     let scaled = whitened(data)?;
     let scaled = with_predicted_loads(&scaled, &fit(&scaled, &[], 0)?.predicted);
@@ -101,7 +127,7 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     doubt_what_does_not_help(&mut report, &last.without_gain(&fitted));
     report.unexplained = unexplained(&reduced, &fitted, &report, options.seed);
     report.verdict = verdict(&report);
-    Some(report)
+    Some((report, fitted.model.effects))
 }
 
 impl Diagnosis<'_> {
