@@ -135,6 +135,9 @@ pub enum Way {
     Either,
 }
 
+/// See [`Effect::as_worn`].
+pub type AsWorn = fn(&[f64], f64) -> Vec<f64>;
+
 /// One named effect: everything that any room needs to know of it stands in its file.
 #[derive(Debug)]
 pub struct Effect {
@@ -164,7 +167,7 @@ pub struct Effect {
     /// of the tool ([`super::wear`]), not through `change`.
     pub wear: Option<fn(&[f64]) -> WearRate>,
     /// The values of the parameters for an edge that is from its first cut on as worn as these values make it after a way, mm.
-    pub as_worn: Option<fn(&[f64], f64) -> Vec<f64>>,
+    pub as_worn: Option<AsWorn>,
     /// The test cut that distinguishes it from other effects, one clause.
     pub separated_by: &'static str,
     /// What the data must contain before it is looked for: all of these.

@@ -316,9 +316,6 @@ pub struct LearnReport {
     pub left_out: Vec<Estimate>,
     /// Least radius of a layer over that of its ball, for tables of layers.
     pub least_radius: Option<f64>,
-    /// n ln(S/n) of what the answer to a table leaves, with charges for its parameters and for cuts that were left out: the less, the better
-    /// are the same readings explained (Bayesian information criterion).
-    pub cost: Option<f64>,
     /// Greatest way of an edge at the end of a table that does not say how long its cuts are, each counted as equally long, mm.
     pub counted_way_mm: Option<f64>,
     /// Covariance of the final base parameters.

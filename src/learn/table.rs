@@ -1,7 +1,7 @@
 //! From a table of steady cuts to its report. In: the columns, the rows, the drive. Out: a [`LearnReport`] and the data it rests on.
 //!
 //! A table that does not say when an edge was fresh can be read in two ways: a new edge with every set-up, or one edge throughout. Where the
-//! second reading names wear and explains the same readings at less cost, it is taken, and said.
+//! second reading names wear and predicts set-ups that it has not seen better, it is taken, and said.
 
 use crate::effects::named;
 use crate::learn::dataset::layers::least_radius;
@@ -39,9 +39,10 @@ pub fn learn_table(
                     which cuts an edge made";
         report.warnings.push(text.into());
     }
-    if way_is_counted(table) && names_wear(&report) {
-        let furthest = found.used().map(|i| found.state[i].slid.at(-1.0)).fold(0.0, f64::max);
-        report.counted_way_mm = Some(furthest);
+    let is_counted = way_is_counted(table);
+    let furthest = found.used().map(|i| found.state[i].slid.at(-1.0)).fold(0.0, f64::max);
+    report.counted_way_mm = is_counted.then_some(furthest);
+    if is_counted && names_wear(&report) {
         report.warnings.push(format!(
             "no column `duration_s`: every cut was counted as {COUNTED_MM} mm long, and the growth of wear holds for that; a model file \
              takes the edge as it was at the end of the table"
@@ -51,9 +52,9 @@ pub fn learn_table(
     Ok((report, found))
 }
 
-/// Does an effect of the report count the way of an edge?
+/// Does the report name the wear of an edge?
 fn names_wear(report: &LearnReport) -> bool {
-    report.effects.iter().any(|added| named(&added.name).is_some_and(|effect| effect.wear.is_some()))
+    report.names().into_iter().any(|name| named(name).is_some_and(|effect| effect.wear.is_some()))
 }
 
 /// With several operations the most frequent one is fitted, the others are for the transfer.

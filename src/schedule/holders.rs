@@ -49,11 +49,11 @@ fn pieces_of_nodes(problem: &Problem, pieces: &[FeedPiece]) -> Vec<Option<usize>
     let mut most: Vec<(Option<usize>, f64)> = vec![(None, 0.0); problem.nodes.len()];
     for (number, piece) in pieces.iter().enumerate() {
         let range = &problem.of_move[piece.move_id.ix()];
-        for index in range.start as usize..range.end as usize {
-            let node = &problem.nodes[index];
+        let range = range.start as usize..range.end as usize;
+        for (node, most) in problem.nodes[range.clone()].iter().zip(&mut most[range]) {
             let shared_mm = node.to_mm.min(piece.to_mm) - node.from_mm.max(piece.from_mm);
-            if shared_mm > most[index].1 {
-                most[index] = (Some(number), shared_mm);
+            if shared_mm > most.1 {
+                *most = (Some(number), shared_mm);
             }
         }
     }

@@ -29,7 +29,9 @@ pub(in crate::learn) fn outlying(data: &Data, effects: &[FittedEffect]) -> Vec<O
 /// The data without the outlying samples.
 pub(in crate::learn) fn without(data: &Data, outlying: &[Outlying]) -> Data {
     let mut rest = data.clone();
-    outlying.iter().for_each(|each| rest.weight[each.row - 1] = 0.0);
+    for each in outlying {
+        rest.weight[each.row - 1] = 0.0;
+    }
     rest
 }
 

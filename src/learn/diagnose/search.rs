@@ -55,12 +55,11 @@ const MOST_CURVES: usize = 2;
 /// Runs the whole diagnosis. Of a table it is run again without the cuts that are outlying beside the plain model, or beside that of the
 /// first answer, and the answer of least cost is kept ([`super::outlying`]).
 pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnReport> {
-    let (whole, effects) = diagnose_all(data, split, options)?;
+    let (mut best, effects) = diagnose_all(data, split, options)?;
     if data.is_series() {
-        return Some(whole);
+        return Some(best);
     }
-    let mut best = LearnReport { cost: Some(cost(data, &effects, &[])), ..whole };
-    let mut least = best.cost.map_or(f64::INFINITY, |cost| cost - options.criteria.least_score(false));
+    let mut least = cost(data, &effects, &[]) - options.criteria.least_score(false);
     for effects in [&[], effects.as_slice()] {
         let apart = outlying(data, effects);
         if apart.is_empty() {
@@ -69,7 +68,7 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
         let Some((mut again, effects)) = diagnose_all(&without_cuts(data, &apart), split, options) else { continue };
         let there = cost(data, &effects, &apart);
         if there < least {
-            (again.outlying, again.cost) = (apart, Some(there));
+            again.outlying = apart;
             (best, least) = (again, there);
         }
     }
