@@ -47,7 +47,8 @@ fn lower(nodes: &[Node], least: &mut Option<usize>, index: usize) {
 /// The piece that covers most of each node.
 fn pieces_of_nodes(problem: &Problem, pieces: &[FeedPiece]) -> Vec<Option<usize>> {
     let mut most: Vec<(Option<usize>, f64)> = vec![(None, 0.0); problem.nodes.len()];
-    for (number, piece) in pieces.iter().enumerate() {
+    // F0 is no feed that anything could be held by; the program is refused for it elsewhere.
+    for (number, piece) in pieces.iter().enumerate().filter(|(_, piece)| piece.feed_mm_s > 0.0) {
         let range = &problem.of_move[piece.move_id.ix()];
         let range = range.start as usize..range.end as usize;
         for (node, most) in problem.nodes[range.clone()].iter().zip(&mut most[range]) {

@@ -153,9 +153,14 @@ fn columns(frame: &Frame) -> Vec<ColumnOverview> {
 /// Our column for the words of a name, and the proposed name with the unit of the file.
 fn proposal(name: &str) -> Option<(&'static str, String)> {
     let (base, unit) = quantity(name);
-    let words: Vec<&str> = base.split('_').collect();
+    // "Spindelleistung" and "spindlepower" are the spindle's.
+    let of_spindle = |word: &str| {
+        let rest = word.strip_prefix("spindel").or_else(|| word.strip_prefix("spindle"));
+        rest.filter(|rest| !rest.is_empty()).unwrap_or(word).to_owned()
+    };
+    let words: Vec<String> = base.split('_').map(of_spindle).collect();
     let joined = words.concat();
-    let fits = |listed: &&[&str]| listed.iter().any(|word| words.contains(word) || joined == *word);
+    let fits = |listed: &&[&str]| listed.iter().any(|word| words.iter().any(|own| own == word) || joined == *word);
     let (_, ours) = WORDS.iter().find(|(listed, _)| fits(listed))?;
     let (own, own_unit) = quantity(ours);
     let measures = unit.zip(own_unit).is_none_or(|(theirs, ours)| crate::units::header_factor(theirs, ours).is_some());
@@ -209,6 +214,8 @@ mod tests {
     fn columns_of_other_software_are_proposed_with_their_units() {
         let of = |name: &str| proposal(name).map(|(_, text)| text);
         assert_eq!(of("spindel_leistung_kw").as_deref(), Some("spindle_power_kw"));
+        assert_eq!(of("spindelleistung_kw").as_deref(), Some("spindle_power_kw"));
+        assert_eq!(of("spindeldrehzahl").as_deref(), Some("spindle_rpm"));
         assert_eq!(of("auslastung_percent").as_deref(), Some("spindle_load_percent"));
         assert_eq!(of("x_ist_mm").as_deref(), Some("x_mm"));
         assert_eq!(of("drehzahl").as_deref(), Some("spindle_rpm"));
