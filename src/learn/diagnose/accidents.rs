@@ -6,7 +6,7 @@
 //! log this is reported with the effect instead of rejecting it, because the higher load of a broken edge is the safe
 //! assumption.
 
-use crate::effects::Place;
+use crate::effects::{Covariate, Place};
 use crate::learn::diagnose::criteria::PLACED_BY;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::evidence::Present;
@@ -15,6 +15,12 @@ use crate::learn::diagnose::trial::Trial;
 use crate::learn::model::cross_validation::held_out_residuals;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::Confounded;
+
+/// Quantities of the process that a program sets level by level or operation by operation.
+const SETTINGS: [Covariate; 3] = [Covariate::Z, Covariate::AxialDepth, Covariate::SpindleSpeed];
+/// Share of its range by which the values of a setting before and after an instant must differ. A surface finished downwards, row by row, goes
+/// over by less with every row. Judgement.
+const APART: f64 = 0.1;
 
 impl Diagnosis<'_> {
     /// Why an effect that begins at an instant is rejected: no operation is cut both before and after it, or, in a
@@ -46,16 +52,32 @@ impl Diagnosis<'_> {
         })
     }
 
-    /// What an accident in a log is confounded with, if it explains nearly as much when it begins between two
-    /// operations.
+    /// What an accident in a log is confounded with, if it explains nearly as much when it begins between two operations, or where a quantity
+    /// of the process goes over for good to values that no cut had before: a layer that is harder from a level down is the same step in time.
     pub(in crate::learn) fn accident_or_difference(&self, present: &Present, trial: &Trial) -> Option<Confounded> {
         let last = trial.fitted.model.effects.len().checked_sub(1)?;
-        if !self.data.is_series() || !self.may_begin_between(&trial.fitted, last, &present.left) {
+        let (_, at_s) = instant(&trial.fitted, last)?;
+        if !self.data.is_series() {
             return None;
         }
-        Some(Confounded {
-            names: vec![trial.effect.name.to_owned(), "a difference between operations".to_owned()],
-            why: "it explains nearly as much if it begins between two operations".to_owned(),
+        let cutting = self.cutting_in_time(&trial.fitted);
+        let may_begin = |borders: Vec<f64>| self.may_begin_at(&borders, &trial.fitted, last, &present.left);
+        let (others, why) = if may_begin(self.borders_about(at_s, &cutting)) {
+            (
+                vec!["a difference between operations".to_owned()],
+                "it explains nearly as much if it begins between two operations",
+            )
+        } else {
+            let goes_over = |covariate: &&Covariate| may_begin(about(at_s, &self.overs(**covariate, &cutting)));
+            let said = |covariate: &Covariate| format!("a curve of the load along {}", covariate.name());
+            (
+                SETTINGS.iter().filter(goes_over).map(said).collect(),
+                "no cut before it and none after it have a value in common",
+            )
+        };
+        (!others.is_empty()).then(|| Confounded {
+            names: std::iter::once(trial.effect.name.to_owned()).chain(others).collect(),
+            why: why.to_owned(),
             experiment: trial.effect.separated_by.to_owned(),
         })
     }
@@ -63,6 +85,12 @@ impl Diagnosis<'_> {
     /// Does an effect explain nearly as much if it begins at the next border between two operations (in a table:
     /// set-ups)?
     fn may_begin_between(&self, found: &Fitted, e: usize, before: &[f64]) -> bool {
+        let Some((_, at_s)) = instant(found, e) else { return false };
+        self.may_begin_at(&self.borders_about(at_s, &self.cutting_in_time(found)), found, e, before)
+    }
+
+    /// Does an effect explain nearly as much if it begins at one of these instants, s?
+    fn may_begin_at(&self, instants_s: &[f64], found: &Fitted, e: usize, before: &[f64]) -> bool {
         let Some((instant, at_s)) = instant(found, e) else { return false };
         let drop = |from_s: f64| {
             let mut effects = found.model.effects.clone();
@@ -70,10 +98,10 @@ impl Diagnosis<'_> {
             let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
             Some(self.drop_of(before, &held_out_residuals(&self.train, &fitted.model.effects, self.split)))
         };
-        let Some(there) = drop(at_s) else { return false };
+        let Some(there) = (!instants_s.is_empty()).then(|| drop(at_s)).flatten() else { return false };
         let is_as_good =
             |border_s: &f64| drop(*border_s).is_some_and(|drop| self.criteria().takes_as_much(drop / there.max(1e-12)));
-        self.borders_about(at_s, &self.cutting(found)).iter().any(is_as_good)
+        instants_s.iter().any(is_as_good)
     }
 
     /// Samples in which the tool cuts.
@@ -82,20 +110,55 @@ impl Diagnosis<'_> {
         self.train.used().filter(|i| load[*i] > 0.0).collect()
     }
 
-    /// The last border between operations (in a table: set-ups) before an instant and the first after it, s.
+    /// The same in the order of time.
+    fn cutting_in_time(&self, fitted: &Fitted) -> Vec<usize> {
+        let mut cutting = self.cutting(fitted);
+        cutting.sort_by(|a, b| self.data.state[*a].time_s.total_cmp(&self.data.state[*b].time_s));
+        cutting
+    }
+
+    /// The last border between operations (in a table: set-ups) before an instant and the first after it, s; samples in the order of time.
     fn borders_about(&self, at_s: f64, cutting: &[usize]) -> Vec<f64> {
         let group = if self.data.is_series() { &self.data.kind } else { &self.data.block };
-        let mut in_time = cutting.to_vec();
-        in_time.sort_by(|a, b| self.data.state[*a].time_s.total_cmp(&self.data.state[*b].time_s));
-        let change = |pair: &[usize]| {
-            let [from, to] = [pair[0], pair[1]].map(|i| self.data.state[i].time_s);
-            (group[pair[0]] != group[pair[1]]).then_some(f64::midpoint(from, to))
-        };
-        let borders: Vec<f64> = in_time.windows(2).filter_map(change).collect();
-        let before = borders.iter().copied().rfind(|border| *border < at_s);
-        let behind = borders.iter().copied().find(|border| *border >= at_s);
-        before.into_iter().chain(behind).collect()
+        let is_border = |pair: &&[usize]| group[pair[0]] != group[pair[1]];
+        about(at_s, &cutting.windows(2).filter(is_border).map(|pair| self.between_s(pair)).collect::<Vec<f64>>())
     }
+
+    /// The instants at which a quantity of the process goes over to values that all cuts after them have and none before, s; samples in the
+    /// order of time.
+    fn overs(&self, covariate: Covariate, cutting: &[usize]) -> Vec<f64> {
+        let known: Vec<usize> =
+            cutting.iter().copied().filter(|i| covariate.of(&self.data.state[*i]).is_finite()).collect();
+        let values: Vec<f64> = known.iter().map(|i| covariate.of(&self.data.state[*i])).collect();
+        let ranges = |values: &mut dyn Iterator<Item = f64>| -> Vec<[f64; 2]> {
+            let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+            values
+                .map(|value| {
+                    range = [range[0].min(value), range[1].max(value)];
+                    range
+                })
+                .collect()
+        };
+        let before = ranges(&mut values.iter().copied());
+        let mut after = ranges(&mut values.iter().rev().copied());
+        after.reverse();
+        let Some([least, most]) = before.last().copied() else { return Vec::new() };
+        let apart = APART * (most - least);
+        let goes_over = |k: &usize| after[k + 1][0] - before[*k][1] > apart || before[*k][0] - after[k + 1][1] > apart;
+        (0..known.len().saturating_sub(1)).filter(goes_over).map(|k| self.between_s(&known[k..k + 2])).collect()
+    }
+
+    /// Half way between two samples, s.
+    fn between_s(&self, pair: &[usize]) -> f64 {
+        f64::midpoint(self.data.state[pair[0]].time_s, self.data.state[pair[1]].time_s)
+    }
+}
+
+/// The last of these instants before `at_s` and the first after it.
+fn about(at_s: f64, instants_s: &[f64]) -> Vec<f64> {
+    let before = instants_s.iter().copied().rfind(|instant| *instant < at_s);
+    let behind = instants_s.iter().copied().find(|instant| *instant >= at_s);
+    before.into_iter().chain(behind).collect()
 }
 
 /// The parameter of the `e`-th effect that is an instant, and its value.
@@ -103,4 +166,47 @@ fn instant(fitted: &Fitted, e: usize) -> Option<(usize, f64)> {
     let each = fitted.model.effects.get(e)?;
     let instant = each.effect.parameters.iter().position(|p| p.place == Some(Place::Instant))?;
     Some((instant, each.values[instant]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{State, named};
+    use crate::learn::diagnose::diagnosis::Options;
+    use crate::learn::diagnose::made_data::{BLOCKS, EACH, begun, fifths, made};
+    use crate::path::Vec3;
+
+    /// What a chipped edge half way through a log is confounded with if its blocks are cut at these heights.
+    fn doubts(height_mm: impl Fn(usize) -> f64) -> Vec<String> {
+        let half = BLOCKS / 2 * EACH;
+        let state = |i: usize| State {
+            time_s: i as f64,
+            position: Vec3::new((i * 31 % EACH) as f64, 0.0, height_mm(i / EACH)),
+            ..State::default()
+        };
+        let data = made(|i| if i >= half { 0.4 } else { 0.0 }, 1.0, state);
+        let (split, chipping) = (fifths(&data), named("edge-chipping").unwrap());
+        let options = Options { candidates: vec![chipping], ..Options::default() };
+        let mut diagnosis = begun(&data, &split, &options, 1.0);
+        let base = fit(&data, &[], 0).unwrap();
+        let present = diagnosis.present(&base);
+        let trial =
+            diagnosis.trials(&base, false).into_iter().find(|trial| trial.effect.name == chipping.name).unwrap();
+        let doubt = diagnosis.accident_or_difference(&present, &trial);
+        doubt.map_or_else(Vec::new, |doubt| doubt.names[1..].to_vec())
+    }
+
+    #[test]
+    fn an_edge_that_chips_where_a_new_level_begins_may_be_a_layer() {
+        assert_eq!(
+            doubts(|block| if block < BLOCKS / 2 { -2.0 } else { -5.0 }),
+            ["a curve of the load along position z"]
+        );
+        // A level later, the layer does not explain the jump.
+        assert!(doubts(|block| if block < BLOCKS / 2 + 6 { -2.0 } else { -5.0 }).is_empty());
+        // Heights that come again separate the two.
+        assert!(doubts(|block| if block % 3 > 0 { -2.0 } else { -5.0 }).is_empty());
+        // Rows down a surface: no height comes again, and each is hardly lower than the one before.
+        assert!(doubts(|block| -(block as f64)).is_empty());
+    }
 }

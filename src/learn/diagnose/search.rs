@@ -76,6 +76,18 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     Some(best)
 }
 
+/// Adds what an effect is confounded with to what is known of it.
+fn add_to(confounded: &mut Vec<Confounded>, group: Confounded) {
+    match confounded.iter_mut().find(|known| known.names[0] == group.names[0]) {
+        Some(known) => {
+            let more = group.names.into_iter().filter(|name| !known.names.contains(name)).collect::<Vec<_>>();
+            known.names.extend(more);
+            known.experiment = group.experiment;
+        }
+        None => confounded.push(group),
+    }
+}
+
 /// The diagnosis of all samples, and the effects of its model.
 fn diagnose_all(data: &Data, split: &Split, options: &Options) -> Option<(LearnReport, Vec<FittedEffect>)> {
     let (data, ceilings) = &without_ceilings(data, &options.criteria);
@@ -140,7 +152,7 @@ impl Diagnosis<'_> {
             let more = self.curves_chosen_again(more);
             (found, in_doubt) = self.contested_until_stable(more, EXCHANGES, &mut confounded);
         }
-        confounded.extend(in_doubt);
+        in_doubt.into_iter().for_each(|group| add_to(&mut confounded, group));
         (found, confounded)
     }
 
