@@ -152,7 +152,9 @@ impl Diagnosis<'_> {
             let more = self.curves_chosen_again(more);
             (found, in_doubt) = self.contested_until_stable(more, EXCHANGES, &mut confounded);
         }
-        in_doubt.into_iter().for_each(|group| add_to(&mut confounded, group));
+        for group in in_doubt {
+            add_to(&mut confounded, group);
+        }
         (found, confounded)
     }
 
