@@ -162,7 +162,7 @@ impl Diagnosis<'_> {
         if is_late {
             self.criteria().follows_a_curve(self.drop_of(shaped, left), certainty_of_gain(&self.train, shaped, left))
         } else {
-            self.criteria().lowers_held_out(self.drop_of(shaped, left), t)
+            self.criteria().is_clearly_better(t)
         }
     }
 
@@ -230,7 +230,7 @@ mod tests {
         let split = fifths(data);
         let up_down = named("up-down-asymmetry").unwrap();
         let options = Options { candidates: vec![up_down], ..Options::default() };
-        let each = FittedEffect { effect: up_down, values: vec![0.1, 0.0, 0.0], free: vec![true, false, false] };
+        let each = FittedEffect { effect: up_down, values: vec![0.1, 0.0], free: vec![true, false] };
         let model = fit(data, &[each], FORM_ROUNDS).unwrap();
         begun(data, &split, &options, 1.0).contested(&model, true)
     }

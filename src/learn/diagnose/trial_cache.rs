@@ -79,7 +79,7 @@ mod tests {
         let data = made(|i| 0.2 * up(i), 1.0, state);
         let up_down = named("up-down-asymmetry").unwrap();
         let with = |free: bool, rounds: usize| {
-            let each = FittedEffect { effect: up_down, values: vec![0.0, 0.0, 0.0], free: vec![true, free, false] };
+            let each = FittedEffect { effect: up_down, values: vec![0.0, 0.0], free: vec![true, free] };
             fit(&data, &[each], rounds).unwrap()
         };
         let (plain, model) = (fit(&data, &[], 0).unwrap(), with(false, 25));

@@ -88,11 +88,11 @@ impl<'a> Merit<'a> {
 pub(in crate::learn) const LAST_RANK: usize = 2;
 
 /// Preference among covariates that a residual follows equally well: first quantities of the process (0), then position
-/// and path speed (1; a cut depends on path speed only through chip thickness, and mostly on the direction of feed
-/// through up and climb milling), then whatever only grows while the program runs (2).
+/// and path speed (1; a cut depends on path speed only through chip thickness), then whatever only grows while the
+/// program runs (2).
 pub(in crate::learn) fn rank(covariate: Covariate) -> usize {
     match covariate {
-        Covariate::X | Covariate::Y | Covariate::PathSpeed | Covariate::Heading => 1,
+        Covariate::X | Covariate::Y | Covariate::PathSpeed => 1,
         Covariate::Sliding | Covariate::Volume | Covariate::Time => LAST_RANK,
         _ => 0,
     }
