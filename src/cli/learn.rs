@@ -302,8 +302,11 @@ pub(super) fn finish(
         output.write(report.as_bytes())?;
     }
     if let Some(output) = model {
-        match text {
-            Some(text) => output.write(text.as_bytes())?,
+        match text.map(|text| setup::load_model(&text).map(|_| text)) {
+            Some(Ok(text)) => output.write(text.as_bytes())?,
+            Some(Err(error)) => {
+                screen.say(&format!("no model file was written, for none could be read back: {error}\n"))
+            }
             None => screen.say("no model file was written: the data do not support one\n"),
         }
     }

@@ -202,10 +202,13 @@ pub fn measured_quantity(frame: &Frame) -> Result<(&'static str, Quantity, &'sta
         })
 }
 
-/// The three base coefficients of a spindle reading.
+/// The three base coefficients of a spindle reading. A cut takes power, so that neither of its two is below zero; what a drive reads
+/// without a cut may be, where its zero is not set.
 pub fn spindle_base(quantity: Quantity, unit: &str) -> Vec<Base> {
-    let base =
-        |name: &str, unit: String, class| Base { name: name.into(), unit, class, prior: None, bounds: UNBOUNDED };
+    let base = |name: &str, unit: String, class| {
+        let bounds = if class == Class::Tare { UNBOUNDED } else { (0.0, f64::INFINITY) };
+        Base { name: name.into(), unit, class, prior: None, bounds }
+    };
     match quantity {
         Quantity::Relative => vec![
             base("tare", unit.to_owned(), Class::Tare),

@@ -3,7 +3,7 @@
 
 use crate::learn::align::{Aligned, Method, stretch};
 use crate::learn::dataset::measured_feed::measured_feed;
-use crate::learn::dataset::samples::{Base, Class, Data};
+use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
 use crate::learn::diagnose::criteria::{
     covers_too_little, explains_next_to_nothing, is_negative, is_of_a_material, is_of_another_program,
     is_ratio_of_materials, is_stretch_of_a_machine, stands_too_long,
@@ -64,7 +64,8 @@ pub fn of_table(report: &LearnReport, data: &Data, declared_k_tc: Option<f64>) -
     let is_determined = |value: &&Estimate| report.left_out.iter().all(|left| left.name != value.name);
     let told: Vec<Estimate> = report.base.iter().filter(is_determined).cloned().collect();
     let mut doubts = of_coefficients(&told, declared_k_tc);
-    doubts.extend(negative(&report.base));
+    let alone = unaided(data);
+    doubts.extend(negative(if alone.is_empty() { &report.base } else { &alone }));
     // Relative forces are all ±1: their R² has no meaning.
     let spread = data.variants.is_empty() && data.base.iter().any(|b| b.name == "k_rc");
     if explains_next_to_nothing(report.base_train.r2) && report.effects.is_empty() && !spread {
@@ -107,13 +108,13 @@ fn negative(parameters: &[Estimate]) -> Vec<String> {
     parameters.iter().filter(below).map(said).collect()
 }
 
-/// Base coefficients of a spindle reading fitted without priors, so that coefficients declared in the setup do not hide
-/// a wrong unit. Forces cannot be fitted without them: none are returned.
+/// Base coefficients of a spindle reading fitted without priors and bounds, so that neither what the setup declares nor what is possible
+/// hides a wrong unit or a wrong column. Forces cannot be fitted without them: none are returned.
 fn unaided(data: &Data) -> Vec<Estimate> {
     if !data.base.iter().any(|b| b.class == Class::Tare) {
         return Vec::new();
     }
-    let base = data.base.iter().cloned().map(|b| Base { prior: None, ..b }).collect();
+    let base = data.base.iter().cloned().map(|b| Base { prior: None, bounds: UNBOUNDED, ..b }).collect();
     let alone = Data { base, ..data.clone() };
     let Some(fitted) = fit(&alone, &[], 0) else { return Vec::new() };
     let sure = certainty(&alone, &fitted);
