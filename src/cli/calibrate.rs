@@ -99,9 +99,14 @@ pub fn calibrate(command: &Calibrate, global: &Global, screen: Screen) -> Result
     finish(screen, outputs, json, &calibrate_json(&result), model, model_text(process.as_ref(), &comments), &words)
 }
 
-fn options(command: &Calibrate, setup: Option<&Job>) -> CalibrateOptions {
+fn options<'a>(command: &Calibrate, setup: Option<&'a Job>) -> CalibrateOptions<'a> {
     let loss = if command.robust { Loss::Huber } else { Loss::Squares };
-    CalibrateOptions { known_tare_w: command.tare, loss, declared_k_tc: setup.and_then(declared_k_tc) }
+    CalibrateOptions {
+        known_tare_w: command.tare,
+        spindle: setup.map(|job| &job.machine.spindle),
+        loss,
+        declared_k_tc: setup.and_then(declared_k_tc),
+    }
 }
 
 fn model_name(global: &Global) -> String {
@@ -146,8 +151,8 @@ fn fit(
 /// Readings of a load meter, or a log, of a program.
 fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<Calibration, CliError> {
     let source = input::program(program)?;
-    let found = input::setup(command.common.setup(), &source, global)?;
-    let job = found.job;
+    // Here --model names a force model, not a file.
+    let job = input::setup(command.common.setup(), &source, &Global { model: None, ..global.clone() })?.job;
     let wrong = |error: LearnError| refused(&error, program);
     let ready = |forces: bool| -> Result<SimulatedProgram, CliError> {
         let sample = forces.then(Sample::default);

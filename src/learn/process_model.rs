@@ -135,7 +135,7 @@ pub fn of_calibration(result: &Calibration) -> Option<Process> {
     Some(Process {
         base: Some(base),
         tare_w: result.tare,
-        tare_rps: None,
+        tare_rps: result.tare_rps.filter(|_| result.tare.is_some()),
         effects: Vec::new(),
         covariance: result.covariance.clone(),
         covariance_of: result.parameters.iter().map(|p| p.name.clone()).collect(),

@@ -2,6 +2,7 @@
 
 use crate::learn::regress::linear::Loss;
 use crate::learn::report::{Errors, Estimate};
+use crate::machine::Spindle;
 
 /// Result of a calibration.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,6 +17,8 @@ pub struct Calibration {
     pub derived: Vec<Estimate>,
     /// Tare, W, if the model has one.
     pub tare: Option<f64>,
+    /// Spindle speed at which the fitted tare holds, rev/s; at others it follows the declared one.
+    pub tare_rps: Option<f64>,
     /// Covariance of the parameters.
     pub covariance: Vec<Vec<f64>>,
     /// Condition number of the scaled columns.
@@ -38,9 +41,11 @@ pub struct Calibration {
 
 /// How a calibration is run.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct CalibrateOptions {
+pub struct CalibrateOptions<'a> {
     /// Tare, W, if it is known.
     pub known_tare_w: Option<f64>,
+    /// The spindle, whose declared tare gives the ratio of tares at two speeds.
+    pub spindle: Option<&'a Spindle>,
     /// Treatment of outliers.
     pub loss: Loss,
     /// k_tc that the setup declares, N/mm².

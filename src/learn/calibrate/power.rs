@@ -28,6 +28,8 @@ pub(in crate::learn) fn power(
     let tare = options.known_tare_w;
     let rps = |i: usize| rows[i].cut.rps;
     let reference_rps = used.first().map_or(1.0, |i| rps(*i));
+    // If a speed is missing, the tare cannot depend on it.
+    let spindle = options.spindle.filter(|_| used.iter().all(|i| rps(*i).is_finite()));
     let cut = |i: usize, edge: bool| {
         let r = row_rates(&rows[i], false);
         let h = r.removal_rate_mm3_s / r.contact_rate_mm2_s.max(1e-12);
@@ -44,7 +46,7 @@ pub(in crate::learn) fn power(
     }
     let relative = quantity == Quantity::Relative;
     let column = |i: usize, j: usize| {
-        if j < edge_columns { cut(i, j == 1) } else { tare_factor(quantity, None, rps(i), reference_rps) }
+        if j < edge_columns { cut(i, j == 1) } else { tare_factor(quantity, spindle, rps(i), reference_rps) }
     };
     let problem = Problem {
         names: names
@@ -65,7 +67,9 @@ pub(in crate::learn) fn power(
         groups: groups(rows, &used),
     };
     let mut result = regression("power", &problem, options.loss)?;
-    result.tare = tare.or_else(|| result.parameters.iter().find(|p| p.name == "tare").map(|p| p.value));
+    let fitted = result.parameters.iter().find(|p| p.name == "tare").map(|p| p.value);
+    result.tare = tare.or(fitted);
+    result.tare_rps = fitted.map(|_| reference_rps).filter(|rps| rps.is_finite());
     let ball = rows.first().is_some_and(|row| row.cut.shape == crate::machine::Shape::Ball);
     result.force_uncertainty = Some(RATIO_UNCERTAINTY[usize::from(ball)]);
     result.notes.push(
