@@ -130,7 +130,7 @@ enum Does {
 const TABLE: &[(&str, &str, Does)] = &[
     ("flank-wear", "growth_per_100m = 2, run_in = 0.3, run_in_length = 0.1, end = 0", Does::Feeds),
     ("edge-chipping", "jump_cutting = 0.5, jump_edge = 0.5, time = 5", Does::Nothing),
-    ("size-effect", "exponent = 0.4", Does::Feeds),
+    ("size-effect", "exponent = 0.5", Does::Feeds),
     ("edge-force", "equivalent_chip = 0.02", Does::Feeds),
     ("cutting-speed", "exponent = 0.5", Does::Feeds),
     ("edge-position", "slope = 0.3", Does::Feeds),
@@ -147,6 +147,8 @@ const TABLE: &[(&str, &str, Does)] = &[
     ("axis-power", "friction = 0.5, acceleration = 0.5", Does::Nothing),
     // What a meter reads beyond the load counts as load until the setup has the losses of the drive.
     ("drive-efficiency", "excess = 0.5, exponent = 2", Does::Feeds),
+    ("drive-efficiency", "excess = 0.5, exponent = 2, full_power = 400", Does::Feeds),
+    ("drive-efficiency", "excess = 0.5, exponent = 2, full_torque = 1.3", Does::Feeds),
     ("sensor-lag", "time_constant = 2", Does::Nothing),
 ];
 

@@ -120,6 +120,36 @@ fn with_effect(name: &str, parameters: &[(&str, f64)]) -> Process {
     Process { effects: vec![EffectUse { name: name.to_owned(), parameters }], ..Process::default() }
 }
 
+/// A meter that reads P (1 + c (P/P₁)^p): what it shows beyond the load counts as load, at every power by its own share.
+#[test]
+fn an_excess_of_the_drive_acts_by_the_power_of_the_cut() {
+    let (tool, slices) = flat(3, 30.0);
+    let arcs = side_arcs(&slices, 5.0, 1.9, PI);
+    let line = |process: &Process| {
+        try_cutter(&tool, &slices, ForceModel::LinearEdge(K), process, RPS).expect("a known effect").line(&cut(&arcs))
+    };
+    let plain = line(&Process::default());
+    let full_w = plain.loads(10.0).power_w;
+    let of_power = with_effect("drive-efficiency", &[("excess", 0.3), ("exponent", 2.0), ("full_power", full_w)]);
+    let full_nm = full_w / (TAU * RPS);
+    let of_torque = with_effect("drive-efficiency", &[("excess", 0.3), ("exponent", 2.0), ("full_torque", full_nm)]);
+    for process in [of_power, of_torque] {
+        let read = line(&process);
+        for feed in [2.0, 10.0, 20.0] {
+            let (under, over) = (plain.loads(feed), read.loads(feed));
+            let factor = 1.0 + 0.3 * (under.power_w / full_w).powi(2);
+            assert!((over.power_w / under.power_w / factor - 1.0).abs() < 1e-12, "{feed}");
+            assert!((over.force_xy_peak_n / under.force_xy_peak_n / factor - 1.0).abs() < 1e-12, "{feed}");
+            assert_eq!(over.chip_thickness_max_mm, under.chip_thickness_max_mm);
+        }
+        for kind in [LimitKind::ForceXy, LimitKind::Power, LimitKind::Torque] {
+            let limit = read.loads(15.0).bounded_by(kind).expect("a load");
+            let Cap::Feed { feed_mm_s, .. } = read.cap(kind, limit) else { panic!("in reach") };
+            assert!((feed_mm_s / 15.0 - 1.0).abs() < 1e-6, "{kind:?} {feed_mm_s}");
+        }
+    }
+}
+
 #[test]
 fn effects_of_the_process_model_act_on_loads_and_caps() {
     let (tool, slices) = flat(3, 30.0);

@@ -514,20 +514,68 @@ fn with_tares(more_w: [f64; 4]) -> String {
     out
 }
 
-/// Diagnosed with a declared tare of half the true height and slope, or with none.
-fn with_spindle(csv: &str, is_declared: bool) -> LearnReport {
-    let frame = columns::read(csv.as_bytes(), &[]).unwrap();
-    let rows = steady_table::rows(&frame, &[]).unwrap();
-    let spindle = Spindle {
+/// A spindle that declares half of that tare and of its rise.
+fn half_the_tare() -> Spindle {
+    Spindle {
         max_rps: 200.0,
         power_w: None,
         torque_nmm: None,
         tare_w: Table::new(vec![[0.0, 50.0], [100.0, 350.0]]).unwrap(),
         efficiency: Table::constant(1.0),
         runup_time_s: 0.0,
-    };
-    let data = table_data::data(&frame, &rows, |y| y, Some(&spindle).filter(|_| is_declared)).unwrap();
+    }
+}
+
+/// Diagnosed with a declared tare of half the true height and slope, or with none.
+fn with_spindle(csv: &str, is_declared: bool) -> LearnReport {
+    let frame = columns::read(csv.as_bytes(), &[]).unwrap();
+    let rows = steady_table::rows(&frame, &[]).unwrap();
+    let data = table_data::data(&frame, &rows, |y| y, Some(&half_the_tare()).filter(|_| is_declared)).unwrap();
     diagnose(&data, &by_blocks(&data, "set-up"), &Options::default()).unwrap()
+}
+
+/// An edge takes power; a small negative coefficient is the noise of a large one beside it, and no model.
+#[test]
+fn an_edge_that_takes_nothing_is_none_and_not_less() {
+    let csv = with_tares([0.0; 4]);
+    let frame = columns::read(csv.as_bytes(), &[]).unwrap();
+    let rows = steady_table::rows(&frame, &[]).unwrap();
+    let k_te_with = |more: f64| {
+        let mut data = table_data::data(&frame, &rows, |y| y, Some(&half_the_tare())).unwrap();
+        let edge = data.columns[2].clone();
+        data.reading.iter_mut().zip(&edge).for_each(|(reading, column)| *reading += more * column);
+        let report = diagnose(&data, &by_blocks(&data, "set-up"), &Options::default()).unwrap();
+        report.final_base.iter().find(|value| value.name == "k_te").map_or(0.0, |value| value.value)
+    };
+    let [plain, less] = [k_te_with(0.0), k_te_with(-15.6)];
+    assert!((plain - 15.0).abs() < 1.0 && less == 0.0, "{plain} {less}");
+}
+
+/// What a model says does not depend on the speed of the cut that comes first in the file it is held against.
+#[test]
+fn a_learned_tare_is_evaluated_about_the_speed_it_was_learned_at() {
+    let dir = tempfile::tempdir().unwrap();
+    let csv = with_tares([0.0; 4]);
+    let (head, cuts) = csv.split_once('\n').unwrap();
+    let turned: String = cuts.lines().rev().map(|line| format!("{line}\n")).collect();
+    std::fs::write(dir.path().join("cuts.csv"), &csv).unwrap();
+    std::fs::write(dir.path().join("turned.csv"), format!("{head}\n{turned}")).unwrap();
+    std::fs::write(dir.path().join("tool.toml"), "[[tool]]\nnumber = 1\nshape = \"flat\"\ndiameter = 10\nflutes = 3\n")
+        .unwrap();
+    let run = |args: &[&str]| -> Value {
+        let output =
+            assert_cmd::Command::cargo_bin("feedwright").unwrap().current_dir(dir.path()).args(args).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap_or_default()
+    };
+    run(&["learn-table", "cuts.csv", "-o", "model.toml"]);
+    assert!(std::fs::read_to_string(dir.path().join("model.toml")).unwrap().contains("tare-speed"));
+    let error = |file: &str| -> f64 {
+        let told = run(&["evaluate", "model.toml", file, "--setup", "tool.toml", "--json", "-"]);
+        told["quantities"][0]["model"]["rmse"].as_f64().unwrap()
+    };
+    let [there, turned] = ["cuts.csv", "turned.csv"].map(error);
+    assert!(there < 5.0 && (turned / there - 1.0).abs() < 1e-6, "{there} {turned}");
 }
 
 #[test]
@@ -565,6 +613,12 @@ fn a_table_of_torques_gives_its_tare_in_watts() {
     let calibrated = calibrate(&frame, &rows, "power", CalibrateOptions::default(), |y| y).unwrap();
     let tare_w = calibrated.tare.unwrap();
     assert!((250.0..400.0).contains(&tare_w), "{tare_w}");
+    // With one, that of the first cut's speed, and the speed is kept with it.
+    let spindle = half_the_tare();
+    let options = CalibrateOptions { spindle: Some(&spindle), ..CalibrateOptions::default() };
+    let calibrated = calibrate(&frame, &rows, "power", options, |y| y).unwrap();
+    let [tare_w, rpm] = [calibrated.tare.unwrap(), 60.0 * calibrated.tare_rps.unwrap()];
+    assert!((tare_w - 300.0).abs() < 5.0 && (rpm - 2000.0).abs() < 1e-6, "{tare_w} {rpm}");
 }
 
 #[test]

@@ -28,14 +28,54 @@ pub struct Change {
     pub diameter_mm: f64,
     /// Acceleration of the machine over the declared one.
     pub acceleration: f64,
-    /// Relative excess of the reading at the reference load P_max.
-    pub reading_excess: f64,
-    /// Exponent p with which this excess grows with the load, (P/P_max)^p.
-    pub reading_exponent: f64,
+    /// Excess of the reading over the load.
+    pub excess: Excess,
     /// Time constant of the reading, s.
     pub lag_s: f64,
     /// Geometry of the curved path instead of the straight one: 0 no … 1 yes.
     pub curved: f64,
+}
+
+/// Relative excess of a reading over its load P: c·(P/P₁)^p, P₁ being the full load; c for any load where no full load is known. There is
+/// none below 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Excess {
+    /// c.
+    pub at_full: f64,
+    /// p.
+    pub exponent: f64,
+    /// P₁ of readings of a power or of a relative load, W or their unit; 0: not known.
+    pub full_power: f64,
+    /// P₁ of readings of a torque, N·m; 0: not known.
+    pub full_torque_nm: f64,
+}
+
+impl Default for Excess {
+    fn default() -> Self {
+        Self { at_full: 0.0, exponent: 1.0, full_power: 0.0, full_torque_nm: 0.0 }
+    }
+}
+
+impl Excess {
+    /// P₁ in the unit of the readings from which it was learned; `None`: it is not known.
+    pub fn full(&self) -> Option<f64> {
+        [self.full_power, self.full_torque_nm].into_iter().find(|full| *full > 0.0)
+    }
+
+    /// The excess of a load in that unit.
+    pub fn of(&self, load: f64) -> f64 {
+        match self.full() {
+            _ if self.at_full == 0.0 || load <= 0.0 => 0.0,
+            Some(full) => self.at_full * (load / full).powf(self.exponent),
+            None => self.at_full,
+        }
+    }
+
+    /// Slope of the reading over the load.
+    pub fn slope(&self, load: f64) -> f64 {
+        let exponent = if self.full().is_some() { self.exponent } else { 0.0 };
+        1.0 + (1.0 + exponent) * self.of(load)
+    }
 }
 
 impl Default for Change {
@@ -53,8 +93,7 @@ impl Default for Change {
             stock_turn_rad: 0.0,
             diameter_mm: 0.0,
             acceleration: 1.0,
-            reading_excess: 0.0,
-            reading_exponent: 1.0,
+            excess: Excess::default(),
             lag_s: 0.0,
             curved: 0.0,
         }

@@ -65,7 +65,8 @@ pub enum Geometry {
     Runout,
 }
 
-/// What a parameter stands for that is searched for in the data and has no fixed start: an instant, a side of a region, a knot.
+/// What a parameter stands for that is searched for in the data and has no fixed start: an instant, a side of a region, a knot; or that is
+/// read off them and not fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     /// An instant, s. The load jumps there and does not vary smoothly with it: it is scanned, not fitted.
@@ -80,6 +81,10 @@ pub enum Place {
     YMax,
     /// A knot of a curve over a covariate.
     Knot,
+    /// The largest power or relative load that was read, W or the unit of the reading.
+    LargestPower,
+    /// The largest torque that was read, N·m.
+    LargestTorque,
 }
 
 /// A parameter of an effect.
@@ -108,6 +113,11 @@ impl Parameter {
     /// Is its value found by trying instants one after the other, instead of being fitted?
     pub fn is_scanned(&self) -> bool {
         matches!(self.place, Some(Place::Instant | Place::Knot))
+    }
+
+    /// Is it read off the data, so that nothing is fitted?
+    pub fn is_read_off(&self) -> bool {
+        matches!(self.place, Some(Place::LargestPower | Place::LargestTorque))
     }
 }
 
@@ -211,7 +221,7 @@ impl Effect {
 
     /// Does it have a parameter whose start is searched for in the data?
     pub fn is_looked_for(&self) -> bool {
-        self.parameters.iter().any(|p| p.place.is_some())
+        self.parameters.iter().any(|p| p.place.is_some() && !p.is_read_off())
     }
 
     /// Does it change this part of a reading, depending on this covariate?

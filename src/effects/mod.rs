@@ -34,7 +34,7 @@ pub mod unnamed;
 mod up_down;
 pub mod wear;
 
-pub use change::Change;
+pub use change::{Change, Excess};
 pub use covariate::Covariate;
 use effect::BARE;
 pub use effect::{Acts, Effect, Geometry, Multiplies, Need, Parameter, Place, Way};

@@ -113,6 +113,7 @@ impl Cutter {
             per_feed: 1.0 / (self.rings.flutes() * self.rps),
             tare_w: self.tare_w,
             compliance: [self.beam.tip_mm_per_n(mean.height_mm), self.beam.stress_mpa_per_n(mean.height_mm)],
+            excess: self.effects.excess(),
         };
         LoadLine {
             modifiers: self.effects.at(&self.state(cut, &mean), mean.chip_mm()),

@@ -4,7 +4,7 @@
 //! Engines: [`super::affine`] (linear edge model, exact; its edges from [`super::helix`] or [`super::sweep`]),
 //! [`super::scan`] (any law of chip thickness, runout, deflection; sampled over a revolution) and [`super::summary`]
 //! (models of the resultant alone). Load effects of the process model multiply cutting and edge forces and the tare;
-//! where a factor depends on feed, caps come from the first crossing of the sampled load instead of a formula.
+//! where a factor depends on feed, or a meter showed more than the load, caps come from the first crossing of the sampled load instead of a formula.
 
 use super::affine::Affine;
 use super::affine::Spans;
@@ -13,6 +13,7 @@ use super::loads::{Cap, Forces, Loads};
 use super::modifiers::{Factors, Modifiers};
 use super::scan::{ANGLES_PER_TURN, Scan};
 use super::summary::Summary;
+use crate::effects::Excess;
 use crate::machine::LimitKind;
 use crate::units::{n_mm_s_from_watts, nm_from_nmm, watts_from_n_mm_s};
 use std::f64::consts::TAU;
@@ -37,6 +38,15 @@ pub(super) struct Station {
     pub tare_w: f64,
     /// Tip deflection and bending stress per N.
     pub compliance: [f64; 2],
+    /// What a meter showed beyond the load, which counts as load.
+    pub excess: Excess,
+}
+
+impl Station {
+    /// The excess where the spindle gives this power, W.
+    fn excess_at(&self, power_w: f64) -> f64 {
+        self.excess.of(if self.excess.full_power > 0.0 { power_w } else { power_w / (TAU * self.rps) })
+    }
 }
 
 /// All loads of one station as functions of feed.
@@ -59,7 +69,7 @@ impl LoadLine {
         let forces = self.engine.forces(f, &factors);
         let station = &self.station;
         let made_by_cut = self.torque_beside_forces(&factors);
-        Loads {
+        let loads = Loads {
             force_xy_peak_n: forces.xy_peak,
             force_xy_mean_n: forces.mean[0].hypot(forces.mean[1]),
             force_normal_mean_n: forces.mean[1].abs(),
@@ -74,7 +84,8 @@ impl LoadLine {
             chip_thickness_max_mm: forces.chip,
             feed_per_tooth_mm: f,
             mean_force_n: forces.mean,
-        }
+        };
+        if station.excess.at_full == 0.0 { loads } else { loads.times(1.0 + station.excess_at(loads.power_w)) }
     }
 
     /// Torque of the power that the cut takes beside its forces ([`Factors::made_by_cut`]), N·mm.
@@ -114,7 +125,9 @@ impl LoadLine {
     pub fn cap(&self, kind: LimitKind, limit: f64) -> Cap {
         let per_tooth = match (&self.engine, self.modifiers.constant()) {
             (_, Some(_)) if kind == LimitKind::FeedPerTooth => Affine { base: 0.0, slope: 1.0 }.cap(limit),
-            (Engine::Spans(spans), Some(factors)) => self.exact_cap(spans, &factors, kind, limit),
+            (Engine::Spans(spans), Some(factors)) if self.station.excess.at_full == 0.0 => {
+                self.exact_cap(spans, &factors, kind, limit)
+            }
             _ => self.sampled_cap(kind, limit),
         };
         match per_tooth {

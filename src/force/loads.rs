@@ -34,6 +34,24 @@ pub struct Loads {
 }
 
 impl Loads {
+    /// The same chips under forces, torques and power so many times as large.
+    pub(super) fn times(self, by: f64) -> Self {
+        Self {
+            force_xy_peak_n: by * self.force_xy_peak_n,
+            force_xy_mean_n: by * self.force_xy_mean_n,
+            force_normal_mean_n: by * self.force_normal_mean_n,
+            force_axial_peak_n: by * self.force_axial_peak_n,
+            torque_nm: by * self.torque_nm,
+            torque_peak_nm: by * self.torque_peak_nm,
+            power_w: by * self.power_w,
+            deflection_mm: by * self.deflection_mm,
+            surface_error_mm: by * self.surface_error_mm,
+            bending_stress_mpa: by * self.bending_stress_mpa,
+            mean_force_n: self.mean_force_n.map(|force| by * force),
+            ..self
+        }
+    }
+
     /// The load that a limit bounds, in the unit of [`crate::machine::Limits`] (torque: N·mm); `None` for limits that are not on a load.
     pub fn bounded_by(&self, kind: LimitKind) -> Option<f64> {
         Some(match kind {

@@ -6,7 +6,7 @@
 //! the tare then comes from the cut, and counts as torque on the tool, although a part of it may be an error of the meter.
 
 use super::error::ForceError;
-use crate::effects::{Acts, Effect, State, named};
+use crate::effects::{Acts, Effect, Excess, State, named};
 use crate::machine::material::Process;
 
 /// Factors at one feed.
@@ -74,7 +74,14 @@ impl Effects {
         Ok((Self(effects), wearing))
     }
 
-    /// The effects at a station, as functions of feed; `chip_per_feed` is the mean chip thickness per feed per tooth.
+    /// What the meter showed beyond the load.
+    pub(super) fn excess(&self) -> Excess {
+        let of = |(effect, values): &(&'static Effect, Vec<f64>)| (effect.change)(values, &State::default()).excess;
+        self.0.iter().map(of).find(|excess| excess.at_full != 0.0).unwrap_or_default()
+    }
+
+    /// The effects at a station, as functions of feed; `chip_per_feed` is the mean chip thickness per feed per tooth, as those of the sectors
+    /// of `state` are.
     pub(super) fn at(&self, state: &State, chip_per_feed: f64) -> Modifiers {
         if self.0.is_empty() {
             return Modifiers::Constant(Factors { worn: worn(state), ..Factors::default() });
@@ -119,7 +126,8 @@ impl Modifiers {
 
 impl Moving {
     fn at(&self, f: f64) -> Factors {
-        let state = State { feed_per_tooth_mm: f, chip_thickness_mm: self.chip_per_feed * f, ..self.state };
+        let mut state = State { feed_per_tooth_mm: f, chip_thickness_mm: self.chip_per_feed * f, ..self.state };
+        state.sectors.iter_mut().for_each(|sector| sector.chip_thickness_mm *= f);
         let mut factors = Factors { worn: worn(&state), ..Factors::default() };
         for (effect, values) in self.effects.0.iter().filter(|(effect, _)| effect.acts == Acts::Load) {
             let change = (effect.change)(values, &state);
@@ -150,6 +158,7 @@ fn known(factor: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::Sector;
     use crate::machine::material::EffectUse;
 
     /// Factors where a curve of the tare over a covariate stands at 1.4, and then at 0.8.
@@ -159,6 +168,21 @@ mod tests {
         let effects = vec![EffectUse { name: format!("unnamed-tare-{covariate}"), parameters }];
         let (effects, _) = Effects::of(&Process { effects, ..Process::default() }).expect("of the list");
         effects.at(state, 0.5).at(0.1)
+    }
+
+    #[test]
+    fn a_law_of_the_chip_is_the_mean_over_the_arc_at_every_feed() {
+        let parameters = vec![("exponent".to_owned(), 0.3)];
+        let effects = vec![EffectUse { name: "size-effect".into(), parameters }];
+        let (effects, _) = Effects::of(&Process { effects, ..Process::default() }).expect("of the list");
+        let mut state = State::default();
+        for (sector, chip) in state.sectors.iter_mut().zip([0.2, 0.8]) {
+            *sector = Sector { share: [chip, 0.5], chip_thickness_mm: chip, ..Sector::default() };
+        }
+        for feed in [0.02, 0.2] {
+            let expected: f64 = [0.2_f64, 0.8].map(|chip| chip * (chip * feed / 0.05).powf(-0.3)).iter().sum();
+            assert!((effects.at(&state, 0.5).at(feed).cutting - expected).abs() < 1e-12);
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! then it cannot be told from something permanent.
 
 use crate::effects::unnamed::CURVES;
-use crate::effects::{Acts, Change, Covariate, Effect, Multiplies, Place, State, named};
+use crate::effects::{Acts, Change, Covariate, Effect, Excess, Multiplies, Place, State, named};
 use crate::machine::material::EffectUse;
 use crate::machine::{Job, Stock, StockShape};
 use crate::setup::{Assumption, LEARNED};
@@ -28,7 +28,7 @@ pub fn unexplained(job: &Job) -> Option<Assumption> {
 }
 
 /// Replaces effects that cannot be predicted for another run by their largest factor on all cuts: curves without a named cause over the time of
-/// the log or over the speed of the axes; and the excess of the meter over the load, which only the drive's own curve could separate from it.
+/// the log or over the speed of the axes; and an excess of the meter over the load of which no full load is known.
 /// Without this the coefficients would be those of the middle of the log, or of a part of the reading. Until the cause is known, the largest
 /// load counts everywhere.
 pub fn at_their_largest(job: &mut Job) -> Vec<Assumption> {
@@ -56,10 +56,9 @@ pub fn at_their_largest(job: &mut Job) -> Vec<Assumption> {
 
 /// The largest factor on the load of an effect that cannot be predicted for another run; `None` for other effects.
 fn largest_factor(used: &EffectUse) -> Option<f64> {
-    let excess = named(&used.name).map_or(0.0, |effect| change_of(effect, used).reading_excess);
-    if excess > 0.0 {
-        // The reading is P (1 + c (P/P_max)^p): at most (1 + c) P.
-        return Some(1.0 + excess);
+    let excess = named(&used.name).map(|effect| change_of(effect, used).excess).unwrap_or_default();
+    if excess.at_full > 0.0 && excess.full().is_none() {
+        return Some(1.0 + excess.at_full);
     }
     let (covariate, effect) = CURVES.iter().find(|(_, effect)| effect.name == used.name)?;
     let is_unforeseen = matches!(covariate, Covariate::Time | Covariate::PathSpeed);
@@ -71,7 +70,7 @@ fn until(used: &EffectUse) -> &'static str {
     if CURVES.iter().any(|(_, effect)| effect.name == used.name) {
         return "until its cause is known: nothing foretells it";
     }
-    "until the setup says what the drive loses (machine.spindle.efficiency = [[reading, ratio], ...])"
+    DRIVE
 }
 
 /// The curve that carries one factor on every cut: its covariate is known everywhere.
@@ -89,7 +88,7 @@ pub fn apply(job: &mut Job) -> Vec<Assumption> {
                 job.machine = job.machine.with_acceleration(change.acceleration);
                 said.push(learned(effect, format!("{:.0} % of the declared", 100.0 * change.acceleration)));
             }
-            Acts::Measuring => said.push(learned(effect, "changes readings, not the cut".into())),
+            Acts::Measuring => said.push(learned(effect, of_readings(&change.excess))),
             Acts::Load if effect.is_accident && !is_from_the_beginning(effect, &used) => {
                 job.process.effects.retain(|other| other.name != used.name);
                 said.push(learned(effect, sound_tool(&used)));
@@ -100,6 +99,22 @@ pub fn apply(job: &mut Job) -> Vec<Assumption> {
     }
     said
 }
+
+/// What a change of readings does to predicted loads: what is read beyond the load counts as load.
+fn of_readings(excess: &Excess) -> String {
+    let [power, torque] = [(excess.full_power, "W"), (excess.full_torque_nm, "N·m")];
+    let Some((full, unit)) = [power, torque].into_iter().find(|(full, _)| excess.at_full > 0.0 && *full > 0.0) else {
+        return "changes readings, not the cut".into();
+    };
+    format!(
+        "loads count as the meter showed them, +{:.0} % at {} {unit} and less below it, {DRIVE}",
+        100.0 * excess.at_full,
+        (100.0 * full).round() / 100.0
+    )
+}
+
+/// When what a drive reads more counts as load no longer.
+const DRIVE: &str = "until the setup says what the drive loses (machine.spindle.efficiency = [[reading, ratio], ...])";
 
 /// An accident that is known for one: what is taken out, and what that asks for.
 fn sound_tool(used: &EffectUse) -> String {
@@ -253,6 +268,11 @@ mod tests {
         let mut drive = job("drive-efficiency", &[("excess", 0.22), ("exponent", 1.0)]);
         assert!(at_their_largest(&mut drive)[0].value.contains("+22 %"));
         assert_eq!(drive.process.effects[0].parameters, [("factor_1".to_owned(), 1.22)]);
+        // With the full load it is known for every cut.
+        let known = [("excess", 0.22), ("exponent", 1.0), ("full_power", 800.0)];
+        let mut drive = job("drive-efficiency", &known);
+        assert_eq!((at_their_largest(&mut drive), drive.process.effects.len()), (Vec::new(), 1));
+        assert!(apply(&mut drive)[0].value.contains("+22 % at 800 W"));
         // A lag of the sensor changes no load.
         let mut lag = job("sensor-lag", &[("time_constant", 0.3)]);
         assert_eq!((at_their_largest(&mut lag), lag.process.effects.len()), (Vec::new(), 1));

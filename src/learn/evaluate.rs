@@ -11,7 +11,7 @@ use crate::learn::diagnose::unnamed::with_predicted_loads;
 use crate::learn::log::columns::DataError;
 use crate::learn::log::read_log;
 use crate::learn::log::resultant::resultant;
-use crate::learn::model::design::{FittedEffect, in_model_file};
+use crate::learn::model::design::{FittedEffect, in_model_file, in_quantity_of};
 use crate::learn::model::fit::{Model, predict};
 use crate::learn::program::declared::in_force;
 use crate::learn::program::simulated::simulate_for;
@@ -71,9 +71,10 @@ pub fn of_log(
 /// Evaluates the model of a job on data.
 pub fn of_data(data: &Data, job: &Job) -> Result<Evaluation, DataError> {
     let base: Vec<f64> = data.base.iter().map(|base| coefficient(&base.name, data, job)).collect::<Result<_, _>>()?;
-    let effects: Vec<FittedEffect> = in_model_file(&job.process);
+    let effects: Vec<FittedEffect> =
+        in_model_file(&job.process).into_iter().map(|each| in_quantity_of(data, each)).collect();
     let plain = Model { base: base.clone(), effects: Vec::new() };
-    let data = &with_predicted_loads(&steady(data), &predict(data, &plain));
+    let data = &with_predicted_loads(&about_model_speed(steady(data), job), &predict(data, &plain));
     let without = predict(data, &plain);
     let predicted = predict(data, &Model { base, effects: effects.clone() });
     let of = |(c, name): (usize, &String)| {
@@ -101,6 +102,17 @@ fn steady(data: &Data) -> Data {
     let Some(run_up) = data.base.iter().position(|base| base.name == "run_up") else { return data.clone() };
     let runs_up = |i: usize| data.columns[run_up][i] > 0.0;
     data.with_weights((0..data.len()).map(|i| if runs_up(i) { 0.0 } else { data.weight[i] }).collect())
+}
+
+/// The data with the tare's law about the speed at which the model has its tare, instead of one of their own.
+fn about_model_speed(mut data: Data, job: &Job) -> Data {
+    if let Some(rps) = job.process.tare_rps {
+        data.state
+            .iter_mut()
+            .filter(|state| state.reference_rps.is_finite())
+            .for_each(|state| state.reference_rps = rps);
+    }
+    data
 }
 
 /// Value of a base coefficient in the job.
@@ -131,11 +143,17 @@ fn of_layer(name: &str, job: &Job) -> Option<f64> {
 }
 
 /// Tare of the model at the reference speed of the data, W: the learned tare times the ratio of the declared tares at
-/// the two speeds.
+/// the two speeds. Without a declared tare its torque is the same at both.
 fn tare_w(data: &Data, job: &Job) -> f64 {
     let declared = &job.machine.spindle.tare_w;
     let rps = data.state.iter().map(|state| state.reference_rps).find(|rps| rps.is_finite()).unwrap_or(0.0);
     let Some(learned_w) = job.process.tare_w else { return declared.at(rps) };
-    let there_w = job.process.tare_rps.map_or(0.0, |of| declared.at(of));
-    if there_w > 0.0 { learned_w * declared.at(rps) / there_w } else { learned_w }
+    let Some(learned_rps) = job.process.tare_rps else { return learned_w };
+    let there_w = declared.at(learned_rps);
+    let is_torque = data.channel_names.first().is_some_and(|name| name.starts_with("spindle_torque"));
+    match there_w > 0.0 {
+        true => learned_w * declared.at(rps) / there_w,
+        false if is_torque => learned_w * rps / learned_rps,
+        false => learned_w,
+    }
 }

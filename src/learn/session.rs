@@ -10,6 +10,7 @@ use crate::learn::align::{Aligned, by_position};
 use crate::learn::dataset::binning::{Channels, bin_log, channels};
 use crate::learn::dataset::measured_feed::measured_feed;
 use crate::learn::dataset::samples::Data;
+use crate::learn::diagnose::ceiling::without_ceilings;
 use crate::learn::diagnose::criteria::{covers_in_part, is_slower};
 use crate::learn::diagnose::doubts::{self, covered, unseen_ends};
 use crate::learn::diagnose::{Options, diagnose, over_time};
@@ -161,7 +162,9 @@ pub fn learn_with_data(
         report.warnings.push(format!("the log covers {:.0} % of the program", 100.0 * covered));
     }
     report.warnings.extend(unseen_ends(&aligned, &prepared.timeline));
-    let doubts = doubts::of_log(&report, &aligned, &prepared.timeline, log, &data);
+    // What stops at a ceiling says nothing of the coefficients.
+    let (below, _) = without_ceilings(&data, &options.diagnosis.criteria);
+    let doubts = doubts::of_log(&report, &aligned, &prepared.timeline, log, &below);
     if !doubts.is_empty() {
         report.supports_model = false;
         report.verdict = format!("The data do not support a model: {}. {}", doubts.join("; "), report.verdict);

@@ -235,7 +235,8 @@ fn sentence_of_tools(what: &str, knots: &[[f64; 2]]) -> String {
     if all.is_empty() { format!("{what} differs from tool to tool") } else { all.join(", ") }
 }
 
-/// A curve in one sentence: a step at a value, a level between two values, or the highest against the lowest.
+/// A curve in one sentence: a step at a value, a level between two values that stands out from both its sides, or the highest against the
+/// lowest.
 fn sentence(what: &str, covariate: &str, unit: &str, knots: &[[f64; 2]]) -> String {
     let more = |factor: f64, than: f64| {
         let percent = 100.0 * (factor / than - 1.0);
@@ -243,10 +244,11 @@ fn sentence(what: &str, covariate: &str, unit: &str, knots: &[[f64; 2]]) -> Stri
     };
     let at = |x: f64| format!("{} {unit}", rounded(x)).trim_end().to_owned();
     let is_step = |k: usize| (knots[k + 1][0] - knots[k][0]).abs() < 1e-9 * knots[k][0].abs().max(1.0);
+    let stands_out = |outer: f64, inner: f64, other: f64| (inner - outer) * (inner - other) > 0.0;
     match *knots {
         [a, b] if is_step(0) && a[1] > b[1] => format!("below {covariate} {} {what} is {}", at(a[0]), more(a[1], b[1])),
         [a, b] if is_step(0) => format!("above {covariate} {} {what} is {}", at(b[0]), more(b[1], a[1])),
-        [a, b, c, d] if is_step(0) && is_step(2) => {
+        [a, b, c, d] if is_step(0) && is_step(2) && stands_out(a[1], f64::midpoint(b[1], c[1]), d[1]) => {
             let (inside, outside) = (f64::midpoint(b[1], c[1]), f64::midpoint(a[1], d[1]));
             format!("between {covariate} {} and {} {what} is {}", at(a[0]), at(d[0]), more(inside, outside))
         }
@@ -382,6 +384,11 @@ mod tests {
         assert_eq!(
             load(&[[141.0, 1.0], [141.0, 0.8], [203.0, 0.8], [203.0, 1.0]]),
             "between position z 141 mm and 203 mm the load of the cut is 20 % lower"
+        );
+        // Two steps the same way are no level between two values.
+        assert_eq!(
+            load(&[[141.0, 1.0], [141.0, 1.2], [203.0, 1.2], [203.0, 1.5]]),
+            "the load of the cut follows position z: above 203 mm it is 50 % higher than below 141 mm"
         );
         assert_eq!(
             load(&[[100.0, 1.0], [150.0, 1.1], [200.0, 1.3]]),

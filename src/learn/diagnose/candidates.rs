@@ -4,7 +4,7 @@ use crate::effects::{Acts, Covariate, Effect, Geometry, Need, Parameter, Place};
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::PLACED_BY;
 use crate::learn::diagnose::score_test::{instant, region};
-use crate::learn::model::design::FittedEffect;
+use crate::learn::model::design::{FittedEffect, full_load};
 use crate::learn::model::fit::Fitted;
 use crate::learn::model::starts::{forms, start_values};
 use crate::learn::program::variant::Variant;
@@ -65,6 +65,12 @@ pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Fit
     } else {
         start_values(effect)
     };
+    let read_off = |k: usize, value: f64| {
+        let parameter = &effect.parameters[k];
+        if parameter.is_read_off() { full_load(data, parameter.place) } else { value }
+    };
+    let values = values.into_iter().map(|own| own.into_iter().enumerate().map(|(k, v)| read_off(k, v)).collect());
+    let values: Vec<Vec<f64>> = values.collect();
     values.iter().flat_map(|values| forms(effect, values)).collect()
 }
 
@@ -80,7 +86,9 @@ fn placed(effect: &Effect, data: &Data, present: &Fitted) -> Vec<Vec<f64>> {
             Some(Place::XMax) => found[1],
             Some(Place::YMin) => found[2],
             Some(Place::YMax) => found[3],
-            Some(Place::Knot) | None => p.neutral.filter(|_| !is_instant).unwrap_or(start),
+            Some(Place::Knot | Place::LargestPower | Place::LargestTorque) | None => {
+                p.neutral.filter(|_| !is_instant).unwrap_or(start)
+            }
         };
         effect.parameters.iter().zip(values).map(value).collect()
     };

@@ -4,7 +4,7 @@
 mod accidents;
 pub mod answer;
 pub mod candidates;
-mod ceiling;
+pub(in crate::learn) mod ceiling;
 mod contest;
 pub mod criteria;
 mod curve_rivals;

@@ -18,7 +18,7 @@
 //! 7. Base terms that a table does not determine are left out if it is predicted better without them
 //!    ([`super::undetermined_terms`]).
 
-use crate::effects::{Acts, named};
+use crate::effects::{ALL, Acts, named};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::answer::{unexplained, verdict};
@@ -36,7 +36,7 @@ use crate::learn::diagnose::trial_cache::TrialCache;
 use crate::learn::diagnose::undetermined_terms::Reduced;
 use crate::learn::diagnose::unnamed::{ResidualCurve, is_shape_of, is_unnamed, with_predicted_loads};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_case, t_statistic, without};
-use crate::learn::model::design::FittedEffect;
+use crate::learn::model::design::{FittedEffect, in_quantity_of};
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::model::whitening::{weighed_by, whitened};
 use crate::learn::report::{Confounded, LearnReport, Rejected};
@@ -126,7 +126,8 @@ fn diagnose_all(data: &Data, split: &Split, options: &Options) -> Option<(LearnR
     let train = weighed.with_weights(without(&weighed, |i| split.test[i]));
     let refitted = |f: Fitted| if several { fit(&train, &f.model.effects, FORM_ROUNDS) } else { Some(f) };
     let (base, fitted) = refitted(base).zip(refitted(fitted))?;
-    let search = Diagnosis { data: &weighed, train, cache: TrialCache::default(), ..search };
+    let mut search = Diagnosis { data: &weighed, train, cache: TrialCache::default(), ..search };
+    let fitted = search.without_harm(fitted);
     let Reduced { data: reduced, train, fitted, left_out } = search.without_undetermined_terms(fitted);
     let mut last = Diagnosis { data: &reduced, train, cache: TrialCache::default(), ..search.clone() };
     let mut report = last.report(&search, &base, &fitted);
@@ -244,6 +245,7 @@ impl Diagnosis<'_> {
     fn with_known_effects(&mut self, begin: Fitted) -> Option<Fitted> {
         let has = |known: &FittedEffect| begin.model.effects.iter().any(|each| each.effect.name == known.effect.name);
         let known: Vec<FittedEffect> = self.options.known.iter().filter(|known| !has(known)).cloned().collect();
+        let known: Vec<FittedEffect> = known.into_iter().map(|each| in_quantity_of(self.data, each)).collect();
         if known.is_empty() {
             return Some(begin);
         }
@@ -409,6 +411,23 @@ impl Diagnosis<'_> {
         fit(&self.train, &others, 12).unwrap_or_else(|| present.clone())
     }
 
+    /// The model without its last additions for as long as the error on the data kept for the judgement is larger with them than without
+    /// any: those before may still hold there, and then need not go with them.
+    fn without_harm(&mut self, fitted: Fitted) -> Fitted {
+        let plain = self.judgement_errors(&[]).rmse;
+        let mut present = fitted;
+        while !is_no_worse(plain, self.judgement_errors(&present.model.effects).rmse) {
+            let effects = &present.model.effects;
+            let Some(k) = effects.iter().rposition(|each| !self.has_own_data(each.effect)) else { break };
+            let Some(without_it) = fit(&self.train, &remove(effects, k), FORM_ROUNDS) else { break };
+            let name = effects[k].effect.name;
+            let why = "with it the error on the data kept for the judgement is larger than without any effect";
+            self.rejected.push(Rejected { name: name.into(), why: why.into() });
+            present = if self.pair.contains(&name) { self.without_pair(&without_it) } else { without_it };
+        }
+        present
+    }
+
     /// Score of the `k`-th effect beside the others, and whether it lowers the held-out error if there are curves
     /// without a name. Curves over its own covariates correct its law and are left out of both models, so that they
     /// cannot replace it.
@@ -451,19 +470,35 @@ impl Diagnosis<'_> {
 }
 
 /// If a curve over another covariate explains as much, the effect that a curve was named after is reported as one of
-/// several possible causes.
+/// several possible causes. So is wear that comes at once: an edge that broke out leaves the same curve.
 fn doubt_families_with_rivals(report: &mut LearnReport) {
-    let in_doubt = report.unnamed.iter().filter(|curve| !curve.rivals.is_empty()).filter_map(|curve| {
+    let in_doubt = report.unnamed.iter().filter_map(|curve| {
         let name = curve.family.clone()?;
+        let family = named(&name)?;
         let along = curve.rivals.iter().map(|rival| format!("a curve of the {} along {rival}", curve.multiplies));
-        Some(Confounded {
-            experiment: named(&name).map_or_else(String::new, |effect| effect.separated_by.to_owned()),
-            names: std::iter::once(name).chain(along).collect(),
-            why: "in its place each has as low a held-out error".to_owned(),
+        let comes_at_once = family.wear.is_some() && is_stepped(&curve.knots);
+        let accidents = ALL.iter().filter(|effect| comes_at_once && effect.is_accident).map(|e| e.name.to_owned());
+        let rivals: Vec<String> = along.chain(accidents).collect();
+        (!rivals.is_empty()).then(|| Confounded {
+            experiment: family.separated_by.to_owned(),
+            names: std::iter::once(name).chain(rivals).collect(),
+            why: if comes_at_once { "the load rises at once and not by and by" } else { AS_LOW }.to_owned(),
         })
     });
     let in_doubt: Vec<Confounded> = in_doubt.collect();
     report.confounded.extend(in_doubt);
+}
+
+/// Why a curve has rivals.
+const AS_LOW: &str = "in its place each has as low a held-out error";
+
+/// Does a curve change at steps, two knots at one place, more than between them?
+fn is_stepped(knots: &[[f64; 2]]) -> bool {
+    let change = |at_once: bool| -> f64 {
+        let pairs = knots.windows(2).filter(|pair| (pair[0][0] == pair[1][0]) == at_once);
+        pairs.map(|pair| (pair[1][1] - pair[0][1]).abs()).sum()
+    };
+    change(true) > change(false)
 }
 
 /// An effect that does not lower the error on the data kept for the judgement is not asserted alone: it is reported as one
@@ -522,6 +557,40 @@ mod tests {
         }
     }
 
+    /// A curve that steps at 0.
+    fn step(name: &str) -> FittedEffect {
+        let at = |k: usize| [-1.0, 0.0].get(k).copied().unwrap_or(BEYOND);
+        let values = (0..KNOTS).map(at).chain(vec![1.0; KNOTS]).chain([1.0]).collect();
+        FittedEffect { effect: named(name).unwrap(), values, free: (0..=2 * KNOTS).map(|k| k == KNOTS + 1).collect() }
+    }
+
+    /// The load is a fifth higher at z > 0; in the blocks that are fitted another fifth in up milling, in those kept for the judgement that
+    /// much lower.
+    #[test]
+    fn what_does_not_hold_on_the_data_kept_goes_and_what_was_found_before_it_stays() {
+        let kept = |i: usize| (i / (2 * EACH)) % 4 == 3;
+        let sign = |i: usize, every: usize| if (i / every).is_multiple_of(2) { 1.0 } else { -1.0 };
+        let (z, up) = (|i: usize| sign(i, EACH), |i: usize| sign(i, 5));
+        let left = |less_at_z: f64| {
+            let share = |i: usize| {
+                let there = if kept(i) { -1.0 } else { 1.0 };
+                (if z(i) > 0.0 { 0.2 * less_at_z } else { 0.0 }) + if up(i) > 0.0 { 0.2 * there } else { 0.0 }
+            };
+            let state = |i: usize| State { position: Vec3::new(0.0, 0.0, z(i)), up_share: up(i), ..State::default() };
+            let data = made(share, 1.0, state);
+            let split = Split { test: (0..data.len()).map(kept).collect(), ..fifths(&data) };
+            let train = data.with_weights(without(&data, kept));
+            let options = Options::default();
+            let mut diagnosis = Diagnosis { train: train.clone(), ..begun(&data, &split, &options, 1.0) };
+            let effects = ["unnamed-load-z", "unnamed-load-up-share"].map(step);
+            let model = diagnosis.without_harm(fit(&train, &effects, FORM_ROUNDS).unwrap()).model;
+            model.effects.iter().map(|each| each.effect.name).collect::<Vec<_>>()
+        };
+        assert_eq!(left(1.0), ["unnamed-load-z"]);
+        // Where the first is so large that both together still predict better than neither, both stay: which of them helps is said apart.
+        assert_eq!(left(5.0), ["unnamed-load-z", "unnamed-load-up-share"]);
+    }
+
     /// Names of the effects after the curves were chosen again, for a model with a first curve over z and a second over
     /// up/down milling. The load is a fifth higher where `hard(z, is_fast)`; z, speed and milling mode alternate with
     /// different periods.
@@ -535,15 +604,6 @@ mod tests {
             ..State::default()
         };
         let data = made(|i| if hard(z(i), is_fast(i)) { 0.2 } else { 0.0 }, 1.0, state);
-        let step = |name: &str| {
-            let at = |k: usize| [-1.0, 0.0].get(k).copied().unwrap_or(BEYOND);
-            let values = (0..KNOTS).map(at).chain(vec![1.0; KNOTS]).chain([1.0]).collect();
-            FittedEffect {
-                effect: named(name).unwrap(),
-                values,
-                free: (0..=2 * KNOTS).map(|k| k == KNOTS + 1).collect(),
-            }
-        };
         let effects = ["unnamed-load-z", "unnamed-load-up-share"].map(step);
         let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
         let model = fit(&data, &effects, FORM_ROUNDS).unwrap();
@@ -570,6 +630,20 @@ mod tests {
         };
         assert_eq!([in_doubt(9.0, &[]), in_doubt(10.1, &[])], [[false; 2], [true; 2]]);
         assert_eq!(in_doubt(9.0, &["tool-diameter"]), [true, false]);
+    }
+
+    #[test]
+    fn wear_that_comes_at_once_may_be_an_edge_that_broke_out() {
+        let doubted = |family: &str, knots: &[[f64; 2]]| {
+            let mut report = report(10.0, 9.0, &[]);
+            (report.unnamed[0].family, report.unnamed[0].knots) = (Some(family.into()), knots.to_vec());
+            doubt_families_with_rivals(&mut report);
+            report.one_of(family).map(|group| group.names.clone())
+        };
+        let step = [[50.0, 1.0], [50.0, 1.3]];
+        assert_eq!(doubted("flank-wear", &step).unwrap(), ["flank-wear", "edge-chipping"]);
+        assert_eq!(doubted("flank-wear", &[[0.0, 1.0], [50.0, 1.1], [50.0, 1.15], [90.0, 1.3]]), None);
+        assert_eq!(doubted("size-effect", &step), None);
     }
 
     #[test]

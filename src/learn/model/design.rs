@@ -6,12 +6,13 @@
 //! sample; changes of geometry, acceleration, lag and excess of the reading are the same for all samples
 //! ([`Acting::whole`]).
 
-use crate::effects::{Acts, Change, Effect, Parameter, State, named};
+use crate::effects::{Acts, Change, Effect, Excess, Parameter, Place, State, named};
 use crate::learn::dataset::samples::{Class, Data, VariantColumns};
 use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
 use crate::learn::report::Added;
 use crate::machine::material::{EffectUse, Process};
+use std::f64::consts::TAU;
 
 /// Most Newton steps to find the load of a reading; about five suffice.
 const MOST_INVERSIONS: usize = 24;
@@ -40,7 +41,7 @@ pub fn in_model(added: &Added) -> Option<FittedEffect> {
     let given = |name: &str| added.parameters.iter().find(|v| v.name == name).map(|v| v.value);
     let value = |p: &Parameter| given(p.name).or(p.neutral);
     let values: Vec<f64> = effect.parameters.iter().map(value).collect::<Option<_>>()?;
-    let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v)).collect();
+    let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v) && !p.is_read_off()).collect();
     Some(FittedEffect { effect, values, free })
 }
 
@@ -49,7 +50,8 @@ pub fn in_model_file(process: &Process) -> Vec<FittedEffect> {
     let acting = |used: &EffectUse| {
         let effect = named(&used.name).filter(|e| matches!(e.acts, Acts::Load | Acts::Measuring))?;
         let values = effect.values(used)?;
-        let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v) && !p.is_scanned());
+        let is_fixed = |p: &Parameter| p.is_scanned() || p.is_read_off();
+        let free = effect.parameters.iter().zip(&values).map(|(p, v)| p.neutral != Some(*v) && !is_fixed(p));
         Some(FittedEffect { effect, free: free.collect(), values })
     };
     process.effects.iter().filter_map(acting).collect()
@@ -101,8 +103,9 @@ pub fn combined(acting: &[&Acting]) -> Change {
         sum.stock_turn_rad += one.stock_turn_rad;
         sum.diameter_mm += one.diameter_mm;
         sum.acceleration *= one.acceleration;
-        sum.reading_excess += one.reading_excess;
-        sum.reading_exponent *= one.reading_exponent;
+        if one.excess.at_full != 0.0 {
+            sum.excess = one.excess;
+        }
         sum.lag_s += one.lag_s;
         sum.curved += one.curved;
     }
@@ -129,11 +132,11 @@ pub fn changed_columns(data: &Data, acting: &[&Acting]) -> Vec<Vec<f64>> {
 
 /// The part of a lagged load that comes from readings instead of Σ β·column, because the load before is unknown; `None`
 /// if there is none. See [`Filter`].
-pub fn load_from_readings(data: &Data, acting: &[&Acting], top: f64) -> Option<Vec<f64>> {
+pub fn load_from_readings(data: &Data, acting: &[&Acting]) -> Option<Vec<f64>> {
     let whole = combined(acting);
     let filter = Filter::new(data, whole.lag_s).filter(Filter::reads)?;
     let mut kept = vec![0.0; data.len()];
-    filter.run(&mut kept, Some(&before_drive(data, &whole, top)));
+    filter.run(&mut kept, Some(&before_drive(data, &whole.excess)));
     Some(kept)
 }
 
@@ -146,8 +149,8 @@ pub fn carried_over(data: &Data, lag_s: f64, residual: &[f64]) -> Option<Vec<f64
     Some(carried_over)
 }
 
-/// Σ β·column with the columns as the effects change them; `top`: scale of the excess of the reading.
-pub fn load(data: &Data, acting: &[&Acting], base: &[f64], top: f64) -> Vec<f64> {
+/// Σ β·column with the columns as the effects change them.
+pub fn load(data: &Data, acting: &[&Acting], base: &[f64]) -> Vec<f64> {
     let whole = combined(acting);
     let ratio = feed_ratio(data, whole.acceleration);
     let mut sum = vec![0.0; data.len()];
@@ -163,42 +166,38 @@ pub fn load(data: &Data, acting: &[&Acting], base: &[f64], top: f64) -> Vec<f64>
         sum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
     }
     if let Some(f) = &Filter::new(data, whole.lag_s) {
-        f.run(&mut sum, Some(&before_drive(data, &whole, top)));
+        f.run(&mut sum, Some(&before_drive(data, &whole.excess)));
     }
     sum
 }
 
-/// The loads whose readings with the excess of the drive are those of the data.
-pub fn before_drive(data: &Data, change: &Change, top: f64) -> Vec<f64> {
-    if change.reading_excess == 0.0 {
-        return data.reading.clone();
-    }
-    data.reading.iter().map(|y| load_of_reading(*y, change, top)).collect()
+/// Is a sample a reading of the drive? Forces are measured beside it.
+fn is_of_drive(data: &Data, i: usize) -> bool {
+    data.channel.get(i).is_none_or(|channel| *channel == 0)
 }
 
-/// The load P with P(1 + c(P/top)^p) = y, by Newton's method from P = y. The function is convex for P > 0, so the steps
+/// The loads whose readings with the excess of the drive are those of the data.
+pub fn before_drive(data: &Data, excess: &Excess) -> Vec<f64> {
+    if excess.at_full == 0.0 {
+        return data.reading.clone();
+    }
+    let load = |(i, y): (usize, &f64)| if is_of_drive(data, i) { load_of_reading(*y, excess) } else { *y };
+    data.reading.iter().enumerate().map(load).collect()
+}
+
+/// The load P with P(1 + c(P/P₁)^p) = y, by Newton's method from P = y. The function is convex for P > 0, so the steps
 /// converge from one side; below 0 there is no excess.
-fn load_of_reading(y: f64, change: &Change, top: f64) -> f64 {
+fn load_of_reading(y: f64, excess: &Excess) -> f64 {
     let mut p = y;
     for _ in 0..MOST_INVERSIONS {
-        let off = p * (1.0 + excess(change, p, top)) - y;
-        let step = off / slope_of_reading(change, p, top);
+        let off = p * (1.0 + excess.of(p)) - y;
+        let step = off / excess.slope(p);
         p -= step;
         if step.abs() <= 1e-13 * p.abs() {
             break;
         }
     }
     p
-}
-
-/// Relative excess of the reading of a load, `top` being its scale.
-fn excess(change: &Change, load: f64, top: f64) -> f64 {
-    change.reading_excess * (load / top).max(0.0).powf(change.reading_exponent)
-}
-
-/// Slope of the reading over the load.
-pub fn slope_of_reading(change: &Change, load: f64, top: f64) -> f64 {
-    1.0 + (1.0 + change.reading_exponent) * excess(change, load, top)
 }
 
 fn multiply_by_factors(column: &mut [f64], class: Class, acting: &[&Acting], ratio: Option<&Vec<f64>>) {
@@ -338,24 +337,47 @@ impl Filter {
     }
 }
 
-/// The reading of a load with the excess of the drive; `top`: its scale.
-pub fn measured(mut load: Vec<f64>, acting: &[&Acting], top: f64) -> Vec<f64> {
-    let whole = combined(acting);
-    if whole.reading_excess != 0.0 {
-        for p in &mut load {
-            *p *= 1.0 + excess(&whole, *p, top);
-        }
+/// The readings of loads with the excess of the drive.
+pub fn measured(data: &Data, mut load: Vec<f64>, acting: &[&Acting]) -> Vec<f64> {
+    let excess = combined(acting).excess;
+    if excess.at_full != 0.0 {
+        let of_drive = load.iter_mut().enumerate().filter(|(i, _)| is_of_drive(data, *i));
+        of_drive.for_each(|(_, p)| *p *= 1.0 + excess.of(*p));
     }
     load
 }
 
-/// Scale of the excess of the reading: the 99th percentile of the readings.
-pub fn top_reading(mut readings: Vec<f64>) -> f64 {
-    let at = readings.len() * 99 / 100;
-    if readings.is_empty() {
-        return 1.0;
+/// Slopes of the readings over these loads; `None` without an excess.
+pub fn slopes_of_readings(data: &Data, load: &[f64], excess: &Excess) -> Option<Vec<f64>> {
+    let slope = |(i, p): (usize, &f64)| if is_of_drive(data, i) { excess.slope(*p) } else { 1.0 };
+    (excess.at_full != 0.0).then(|| load.iter().enumerate().map(slope).collect())
+}
+
+/// The full load of the first quantity of these data where it is this place: the 99th percentile of the readings; 0 where it is not.
+pub fn full_load(data: &Data, place: Option<Place>) -> f64 {
+    let reads_torque = data.channel_names.first().is_some_and(|name| name.starts_with("spindle_torque"));
+    if place != Some(if reads_torque { Place::LargestTorque } else { Place::LargestPower }) {
+        return 0.0;
     }
-    readings.select_nth_unstable_by(at, f64::total_cmp).1.abs().max(1e-9)
+    let mut readings: Vec<f64> = data.used().filter(|i| data.channel[*i] == 0).map(|i| data.reading[i]).collect();
+    let at = readings.len() * 99 / 100;
+    if readings.is_empty() { 0.0 } else { readings.select_nth_unstable_by(at, f64::total_cmp).1.abs().max(1e-9) }
+}
+
+/// An effect of a model file with its full load in the quantity of these data: a torque is a power over 2πn, n being the speed of their tare.
+pub fn in_quantity_of(data: &Data, mut each: FittedEffect) -> FittedEffect {
+    let place = |place: Place| each.effect.parameters.iter().position(|p| p.place == Some(place));
+    let Some((power, torque)) = place(Place::LargestPower).zip(place(Place::LargestTorque)) else { return each };
+    let rps = data.state.iter().map(|state| state.reference_rps).find(|rps| rps.is_finite());
+    let Some(per_nm) = rps.map(|rps| TAU * rps) else { return each };
+    if full_load(data, Some(Place::LargestTorque)) > 0.0 {
+        each.values[torque] = each.values[torque].max(each.values[power] / per_nm);
+        each.values[power] = 0.0;
+    } else {
+        each.values[power] = each.values[power].max(each.values[torque] * per_nm);
+        each.values[torque] = 0.0;
+    }
+    each
 }
 
 #[cfg(test)]
@@ -410,7 +432,7 @@ mod tests {
                 let expected = readings.sum::<f64>() / m as f64;
                 assert!((value - expected).abs() < 1e-12, "{m} {i}: {value} {expected}");
             }
-            let whole = load(&data, &[&acting(&lag, &data)], &[2.0], 1.0);
+            let whole = load(&data, &[&acting(&lag, &data)], &[2.0]);
             assert!(whole.iter().zip(out).all(|(w, x)| (w - 2.0 * x).abs() < 1e-12));
         }
     }
@@ -418,10 +440,10 @@ mod tests {
     #[test]
     fn the_load_behind_a_reading_has_that_reading() {
         for (excess, exponent) in [(0.1, 1.0), (1.5, 4.0), (1.5, 0.3)] {
-            let drive = Change { reading_excess: excess, reading_exponent: exponent, ..Change::default() };
+            let drive = Excess { at_full: excess, exponent, full_power: 100.0, ..Excess::default() };
             for load in [-3.0, 0.0, 1e-3, 40.0, 100.0, 250.0] {
-                let reading = load * (1.0 + super::excess(&drive, load, 100.0));
-                let found = load_of_reading(reading, &drive, 100.0);
+                let reading = load * (1.0 + drive.of(load));
+                let found = load_of_reading(reading, &drive);
                 assert!((found - load).abs() <= 1e-9 * load.abs(), "{excess} {exponent} {load}: {found}");
             }
         }
@@ -441,8 +463,8 @@ mod tests {
         }
         data.load_variance = (0..40).map(|i| if (20..25).contains(&i) { f64::INFINITY } else { 0.0 }).collect();
         let acts = acting(&lag, &data);
-        let whole = load(&data, &[&acts], &[1.0], 1.0);
-        let kept = load_from_readings(&data, &[&acts], 1.0).unwrap();
+        let whole = load(&data, &[&acts], &[1.0]);
+        let kept = load_from_readings(&data, &[&acts]).unwrap();
         let column = &changed_columns(&data, &[&acts])[0];
         for i in 0..data.len() {
             assert!((whole[i] - column[i] - kept[i]).abs() < 1e-12, "{i}");
@@ -450,7 +472,7 @@ mod tests {
             assert!(!known || (whole[i] - data.reading[i]).abs() < 1e-12, "{i}: {} {}", whole[i], data.reading[i]);
         }
         data.load_variance.clear();
-        let without = load(&data, &[&acting(&lag, &data)], &[1.0], 1.0);
+        let without = load(&data, &[&acting(&lag, &data)], &[1.0]);
         assert!((without[26] - data.reading[26]).abs() > 1.0);
     }
 
@@ -461,10 +483,10 @@ mod tests {
         let columns = data.columns[0].clone();
         // The true load is a third higher at samples 20 … 24, and the column is uncertain by as much.
         data.columns[0][20..25].iter_mut().for_each(|x| *x = 4.0 / 3.0);
-        data.reading = load(&data, &[&acting(&lag, &data)], &[300.0], 1.0);
+        data.reading = load(&data, &[&acting(&lag, &data)], &[300.0]);
         data.columns[0] = columns;
         let off = |data: &Data| -> Vec<f64> {
-            let predicted = load(data, &[&acting(&lag, data)], &[300.0], 1.0);
+            let predicted = load(data, &[&acting(&lag, data)], &[300.0]);
             predicted.iter().zip(&data.reading).map(|(p, y)| (p - y).abs()).collect()
         };
         let without = off(&data);

@@ -1,7 +1,7 @@
 //! Fits base coefficients β and the parameters θ of effects together. In: data, effects with start values. Out:
 //! [`Fitted`].
 //!
-//! Model of a reading: ŷ = P·(1 + c·(P/P_max)^p), P = Σ_b β_b·X_b(θ), where X(θ) are the columns of [`Data`] as the
+//! Model of a reading: ŷ = P·(1 + c·(P/P₁)^p), P = Σ_b β_b·X_b(θ), where X(θ) are the columns of [`Data`] as the
 //! effects change them ([`super::design`]) and c and p describe the excess of the drive. β and θ minimise
 //! Σ w (y − ŷ)² + Σ ((β − prior)/sd)² by damped Gauss–Newton steps (Levenberg 1944, Marquardt 1963) within bounds, with derivatives
 //! analytic in β and by differences in θ; after every step of θ, β is solved for again (variable projection, Golub and
@@ -10,7 +10,7 @@
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::model::design::{
     Acting, FittedEffect, acting, acting_on, before_drive, changed_columns, combined, load, load_from_readings,
-    measured, slope_of_reading, top_reading,
+    measured, slopes_of_readings,
 };
 use crate::learn::regress::statistics::dot;
 use nalgebra::{DMatrix, DVector};
@@ -77,8 +77,7 @@ impl Fitted {
 pub fn predict(data: &Data, model: &Model) -> Vec<f64> {
     let acting: Vec<Acting> = model.effects.iter().map(|each| acting(each, data)).collect();
     let acting: Vec<&Acting> = acting.iter().collect();
-    let top = top_reading(data.used().map(|i| data.reading[i]).collect());
-    measured(load(data, &acting, &model.base, top), &acting, top)
+    measured(data, load(data, &acting, &model.base), &acting)
 }
 
 /// Part of the present prediction that belongs to the given classes.
@@ -152,8 +151,6 @@ struct Search<'a> {
     /// Base coefficients whose column is 0 in every sample with weight. The tail that a lag leaves in later samples is
     /// too little to determine them: they keep the value of their prior.
     without_data: Vec<bool>,
-    /// Scale of the excess of the reading.
-    top: f64,
 }
 
 /// A model with its prediction of the data.
@@ -174,7 +171,7 @@ impl Point {
     }
 
     fn excess(&self) -> f64 {
-        combined(&self.acting()).reading_excess
+        combined(&self.acting()).excess.at_full
     }
 }
 
@@ -182,8 +179,7 @@ impl<'a> Search<'a> {
     fn new(data: &'a Data, weight: &'a [f64]) -> Self {
         let used: Vec<usize> = (0..data.len()).filter(|i| weight[*i] > 0.0).collect();
         let without_data = data.columns.iter().map(|column| used.iter().all(|i| column[*i] == 0.0)).collect();
-        let top = top_reading(used.iter().map(|i| data.reading[*i]).collect());
-        Self { data, weight, used, without_data, top }
+        Self { data, weight, used, without_data }
     }
 
     fn acting(&self, theta: &[FittedEffect]) -> Vec<Rc<Acting>> {
@@ -200,8 +196,8 @@ impl<'a> Search<'a> {
 
     fn point(&self, base: Vec<f64>, theta: Vec<FittedEffect>, acting: Vec<Rc<Acting>>) -> Point {
         let all: Vec<&Acting> = acting.iter().map(Rc::as_ref).collect();
-        let load = load(self.data, &all, &base, self.top);
-        let predicted = measured(load.clone(), &all, self.top);
+        let load = load(self.data, &all, &base);
+        let predicted = measured(self.data, load.clone(), &all);
         let objective = self.squares(&predicted) + self.prior(&base);
         Point { base, theta, acting, load, predicted, objective }
     }
@@ -211,12 +207,11 @@ impl<'a> Search<'a> {
     /// load.
     fn best_base(&self, acting: &[Rc<Acting>]) -> Option<(Vec<f64>, bool)> {
         let all: Vec<&Acting> = acting.iter().map(Rc::as_ref).collect();
-        let whole = combined(&all);
+        let excess = combined(&all).excess;
         let mut columns = self.columns(&all);
-        let mut rest = before_drive(self.data, &whole, self.top);
-        let slopes: Option<Vec<f64>> = (whole.reading_excess != 0.0)
-            .then(|| rest.iter().map(|p| slope_of_reading(&whole, *p, self.top)).collect());
-        if let Some(kept) = load_from_readings(self.data, &all, self.top) {
+        let mut rest = before_drive(self.data, &excess);
+        let slopes = slopes_of_readings(self.data, &rest, &excess);
+        if let Some(kept) = load_from_readings(self.data, &all) {
             rest.iter_mut().zip(&kept).for_each(|(y, k)| *y -= k);
         }
         if let Some(slopes) = &slopes {
@@ -336,10 +331,9 @@ impl<'a> Search<'a> {
     /// Columns of dŷ/dβ, then dŷ/dθ.
     fn jacobian(&self, at: &Point) -> Vec<Vec<f64>> {
         let mut columns = self.columns(&at.acting());
-        let whole = combined(&at.acting());
-        if whole.reading_excess != 0.0 {
+        if let Some(slopes) = slopes_of_readings(self.data, &at.load, &combined(&at.acting()).excess) {
             for column in &mut columns {
-                column.iter_mut().zip(&at.load).for_each(|(x, p)| *x *= slope_of_reading(&whole, *p, self.top));
+                column.iter_mut().zip(&slopes).for_each(|(x, slope)| *x *= slope);
             }
         }
         for e in 0..at.theta.len() {
@@ -366,7 +360,7 @@ impl<'a> Search<'a> {
             if all_count { acting(&each, self.data) } else { acting_on(&each, self.data, self.used.iter().copied()) };
         let mut all = at.acting();
         all[e] = &own;
-        let moved = measured(load(self.data, &all, &at.base, self.top), &all, self.top);
+        let moved = measured(self.data, load(self.data, &all, &at.base), &all);
         moved.iter().zip(&at.predicted).map(|(m, a)| (m - a) / step).collect()
     }
 
@@ -378,7 +372,7 @@ impl<'a> Search<'a> {
         let mut theta = at.theta.clone();
         theta.iter_mut().flat_map(|each| &mut each.values).zip(next).for_each(|(value, moved)| *value = moved);
         let acting = self.acting_beside(at, &theta);
-        let linear = combined(&acting.iter().map(Rc::as_ref).collect::<Vec<_>>()).reading_excess == 0.0;
+        let linear = combined(&acting.iter().map(Rc::as_ref).collect::<Vec<_>>()).excess.at_full == 0.0;
         let best = self.best_base(&acting).filter(|(_, outside)| linear && !outside);
         self.point(best.map_or(stepped, |(base, _)| base), theta, acting)
     }

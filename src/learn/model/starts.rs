@@ -29,13 +29,14 @@ pub fn forms(effect: &'static Effect, values: &[f64]) -> Vec<FittedEffect> {
     (0..1usize << optional.len()).map(form).filter(strong).collect()
 }
 
-/// The effect with these parameters fitted and the other optional ones at neutral.
+/// The effect with these parameters fitted and the other optional ones at neutral; those that are read off the data keep their value.
 fn fitted_in(effect: &'static Effect, values: &[f64], fitted: &[usize]) -> FittedEffect {
-    let neutral = |k: usize| effect.parameters[k].neutral.filter(|_| !fitted.contains(&k));
+    let is_read_off = |k: usize| effect.parameters[k].is_read_off();
+    let neutral = |k: usize| effect.parameters[k].neutral.filter(|_| !fitted.contains(&k) && !is_read_off(k));
     FittedEffect {
         effect,
         values: (0..values.len()).map(|k| neutral(k).unwrap_or(values[k])).collect(),
-        free: (0..values.len()).map(|k| neutral(k).is_none()).collect(),
+        free: (0..values.len()).map(|k| neutral(k).is_none() && !is_read_off(k)).collect(),
     }
 }
 
@@ -65,6 +66,10 @@ mod tests {
         let free: Vec<Vec<usize>> = all.iter().map(|each| (0..7).filter(|k| each.free[*k]).collect()).collect();
         assert!(free.contains(&vec![2]) && free.contains(&vec![2, 3, 4, 5]) && !free.contains(&vec![2, 3]));
         let drive = named("drive-efficiency").unwrap();
-        assert_eq!(forms(drive, &[0.05, 1.2]).len(), 2);
+        let read_off = forms(drive, &[0.05, 1.2, 400.0, 0.0]);
+        let said: Vec<_> = read_off.iter().map(|each| (each.values.clone(), each.free.clone())).collect();
+        let [one, both] = &said[..] else { panic!("{said:?}") };
+        assert_eq!(*one, (vec![0.05, 1.0, 400.0, 0.0], vec![true, false, false, false]));
+        assert_eq!(*both, (vec![0.05, 1.2, 400.0, 0.0], vec![true, true, false, false]));
     }
 }
