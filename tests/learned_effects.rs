@@ -155,6 +155,21 @@ fn feeds_fall_in_the_hard_zone_only() {
     }
 }
 
+/// The teeth of the fourth pass meet material from y = 15 to 20: of a zone that begins at 17.5 they feel a part.
+#[test]
+fn a_tooth_that_is_in_a_hard_zone_for_a_part_of_its_way_is_loaded_by_that_part() {
+    let from_y = |y: f64| {
+        let zone = format!(
+            "[[effect]]\nname = \"hard-zone\"\n[effect.parameters]\nexcess = 0.4\nx_min = -50\nx_max = 250\ny_min = {y}\n\
+             y_max = 300\nborder = 0.02\n"
+        );
+        feeds(Some(&zone), MIDDLE)[3]
+    };
+    let [none, part, all] = [200.0, 17.5, -100.0].map(from_y);
+    println!("{none:.0} without, {part:.0} in a part of the way, {all:.0} in all of it");
+    assert!(all < 0.9 * part && part < 0.98 * none, "{none} {part} {all}");
+}
+
 #[test]
 fn climb_is_slower_where_climb_was_learned_to_be_heavier() {
     let model = "[[effect]]\nname = \"up-down-asymmetry\"\n[effect.parameters]\ncutting = -0.2\nedge = 0\n";

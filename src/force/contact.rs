@@ -3,9 +3,10 @@
 //! effects need to know of a cut. The arcs of a station are the union of all places along it; they are scaled to
 //! its mean section.
 
-use crate::effects::SECTORS;
+use crate::effects::{SECTORS, Sector};
 use crate::engage::{EngagementMap, Station};
 use crate::machine::Slice;
+use crate::path::Vec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Width of a sector of the engaged arc.
@@ -34,6 +35,22 @@ pub struct Engaged {
     pub axial_mm: f64,
     /// Derivative of the peak force in the plane at the predicted speed by k_tc, k_rc, k_te, k_re.
     pub peak: [f64; 4],
+}
+
+impl Engaged {
+    /// The engaged arc as effects see it, at this feed per tooth, mm; `place`: the place this far along the feed from the axis and to the left
+    /// of it, mm.
+    pub fn sectors_at(&self, feed_per_tooth_mm: f64, place: impl Fn(f64, f64) -> Vec3) -> [Sector; SECTORS] {
+        let whole = [0, 1].map(|k| self.sectors.iter().map(|s| s[k]).sum::<f64>().max(1e-12));
+        self.sectors.map(|[section, contact, along, aside]| {
+            let place = place(along, aside);
+            Sector {
+                share: [section / whole[0], contact / whole[1]],
+                chip_thickness_mm: feed_per_tooth_mm * section / contact.max(1e-12),
+                at: [place.x, place.y],
+            }
+        })
+    }
 }
 
 /// Engagement of a station by its arcs. Under a level feed a bottom face sweeps without a chip; it is no part of the

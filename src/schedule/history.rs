@@ -130,7 +130,7 @@ impl History {
         self.past.get(station).map_or([0.0; 2], |past| [past.cut_mm, past.wear_mm])
     }
 
-    /// State of a cut; speed and chip thickness are filled in from the engagement.
+    /// State of a cut; speed and chip thickness are filled in from the engagement, that of the sectors is at a feed of 1 mm per tooth.
     pub fn state(&self, map: &EngagementMap, motion: &Move, station: &Station) -> State {
         if self.past.is_empty() {
             return State::default();
@@ -142,7 +142,7 @@ impl History {
         let middle_mm = 0.5 * (station.from_mm + station.to_mm);
         let direction = motion.curve().tangent(middle_mm);
         let left = Vec3::new(-direction.y, direction.x, 0.0);
-        let [ahead, aside] = engaged.contact_mm;
+        let at = |along: f64, aside: f64| motion.curve().point(middle_mm) + direction * along + left * aside;
         let edge = self.edges.iter().find(|edge| edge.tool == motion.tool);
         State {
             time_s: past.time_s,
@@ -155,7 +155,8 @@ impl History {
             immersion_rad: engaged.immersion_rad,
             up_share: engaged.up_share,
             up_share_chip: engaged.up_share_chip,
-            position: motion.curve().point(middle_mm) + direction * ahead + left * aside,
+            position: at(engaged.contact_mm[0], engaged.contact_mm[1]),
+            sectors: engaged.sectors_at(1.0, at),
             direction,
             curvature_per_mm: motion.curve().curvature(middle_mm).norm(),
             edge_position_mm: 0.5 * engaged.axial_mm,

@@ -1,6 +1,6 @@
 //! Covariates of the samples of a log. In: samples placed in the program. Out: [`State`].
 
-use crate::effects::{Sector, State};
+use crate::effects::State;
 use crate::learn::align::Method;
 use crate::learn::dataset::placed_log::{PlacedLog, slid};
 use crate::learn::program::motion::motion;
@@ -70,15 +70,7 @@ impl PlacedLog<'_> {
         let at =
             |along: f64, aside: f64| spot.from + (spot.to - spot.from) * share + spot.direction * along + left * aside;
         state.position = at(e.contact_mm[0], e.contact_mm[1]);
-        let whole = [0, 1].map(|k| e.sectors.iter().map(|s| s[k]).sum::<f64>().max(1e-12));
-        state.sectors = e.sectors.map(|[section, contact, along, aside]| {
-            let place = at(along, aside);
-            Sector {
-                share: [section / whole[0], contact / whole[1]],
-                chip_thickness_mm: state.feed_per_tooth_mm * section / contact.max(1e-12),
-                at: [place.x, place.y],
-            }
-        });
+        state.sectors = e.sectors_at(state.feed_per_tooth_mm, at);
         state.direction = spot.direction;
         state.curvature_per_mm = spot.curvature_per_mm;
         state.edge_position_mm = 0.5 * e.axial_mm;
