@@ -338,3 +338,39 @@ fn by_position_gaps_do_not_shift_what_is_left() {
     eprintln!("{count} of {} placed, at most {largest:.4} s off", rest.len());
     assert!(count > 9 * rest.len() / 10 && largest < 0.02, "{count} {largest}");
 }
+
+/// Somebody starts the recording, and later the program: a log of an idle machine is none of its tool change.
+#[test]
+fn what_stands_before_the_program_can_have_begun_is_outside() {
+    let job = common::follow::job();
+    let plan = plan(Kind::Power, &job).unwrap();
+    let text = common::follow::log(&common::follow::follow(&plan.program, 5.0), "spindle_power_w", |_| "300.0".into());
+    let prepared = simulate(plan.program.as_bytes(), &job, false).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let time = |line: &str| -> f64 { cells(line)[0].parse().unwrap() };
+    let moving = (2..lines.len()).find(|k| cells(lines[*k])[1..4] != cells(lines[1])[1..4]).unwrap();
+    let begins_s = time(lines[moving]);
+    let step_s = time(lines[2]) - time(lines[1]);
+    let before = (1..=(30.0 / step_s) as usize).rev().map(|k| {
+        let at_s = format!("{:.3}", time(lines[1]) - k as f64 * step_s);
+        std::iter::once(at_s).chain(cells(lines[1]).into_iter().skip(1)).collect::<Vec<_>>().join(",")
+    });
+    let all: Vec<String> = before.chain(lines[1..].iter().map(|line| (*line).to_owned())).collect();
+    let log = read_log((lines[0].to_owned() + "\n" + &all.join("\n") + "\n").as_bytes(), &[]).unwrap();
+    let found = aligned(&prepared, &job, &log, &channels(&log)).unwrap();
+    let first_motion = prepared.timeline().spots.iter().find(|spot| spot.length_mm > 0.0).unwrap();
+    // The times of the log begin at 0 in what was read.
+    let standing = all.len() - lines.len() + moving;
+    let motion_s = log.time_s[standing];
+    assert!(first_motion.start_s > 1.0 && begins_s > 0.0, "the program waits at first");
+    for (at_s, program_s) in log.time_s.iter().zip(&found.program_s).take(standing) {
+        let before_s = motion_s - at_s;
+        if before_s > first_motion.start_s + 0.2 {
+            assert!(program_s.is_nan(), "{before_s} s before the motion: {program_s}");
+        } else if before_s > 0.2 && before_s < first_motion.start_s - 0.2 {
+            let expected_s = first_motion.start_s - before_s;
+            assert!((program_s - expected_s).abs() < 0.1, "{before_s} s before the motion: {program_s}");
+        }
+    }
+}

@@ -141,10 +141,26 @@ fn nearest(spots: &[Spot], (spot, share): (usize, f64), reach: f64, p: &Vec3, ex
     best
 }
 
+/// Samples before the first motion are counted back from it over the waits of the program there: what stands longer was logged before them,
+/// and is outside. The number of these samples.
+fn count_back_first(program_s: &mut [f64], log: &Log, timeline: &Timeline) -> usize {
+    let Some(first) = program_s.first().copied() else { return 0 };
+    let standing = program_s.iter().take_while(|at_s| *at_s - first < 1e-6).count();
+    let end_s = waiting_after(timeline, first);
+    let begin_s = waiting_before(timeline, end_s);
+    if begin_s < end_s {
+        let last = log.time_s[standing - 1];
+        let back_s = |time: &f64| Some(end_s - 1e-6 - (last - time)).filter(|at_s| *at_s >= begin_s);
+        let placed = log.time_s[..standing].iter().map(|time| back_s(time).unwrap_or(f64::NAN));
+        program_s.iter_mut().zip(placed).for_each(|(slot, at_s)| *slot = at_s);
+    }
+    standing
+}
+
 /// Spreads samples at which the tool stands still over the waiting of the program there.
 fn spread_standing(program_s: &mut [f64], log: &Log, timeline: &Timeline) {
     let n = program_s.len();
-    let mut i = 0;
+    let mut i = count_back_first(program_s, log, timeline);
     while i < n {
         let mut j = i;
         while j + 1 < n && program_s[j + 1] - program_s[i] < 1e-6 {
@@ -176,6 +192,13 @@ fn waiting_after(timeline: &Timeline, time_s: f64) -> f64 {
         k += 1;
     }
     if k == 0 { time_s } else { timeline.spots[k - 1].end_s.max(time_s) }
+}
+
+/// Beginning of the dwells, tool changes and run-ups that end at a program time; the time itself if there are none.
+fn waiting_before(timeline: &Timeline, time_s: f64) -> f64 {
+    let Some(last) = timeline.at(time_s).map(|k| k + 1) else { return time_s };
+    let waits = timeline.spots[..last].iter().rev().take_while(|spot| is_wait(spot.activity));
+    waits.last().map_or(time_s, |first| first.start_s)
 }
 
 fn is_wait(activity: Activity) -> bool {
