@@ -76,7 +76,13 @@ impl<'a> Dropper<'a> {
                 nodes.push(Node { bound, first: from as u32, count: part.len() as u32 });
                 continue;
             }
-            let axis = usize::from(bound.high[1] - bound.low[1] > bound.high[0] - bound.low[0]);
+            let extent = |axis: usize| {
+                let of_corners = part.iter().flat_map(|k| surface.triangles[*k as usize]).map(|corner| corner[axis]);
+                let (least, most) =
+                    of_corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+                most - least
+            };
+            let axis = usize::from(extent(1) > extent(0));
             let key = |k: &u32| middle(&surface.triangles[*k as usize], axis);
             let half = part.len() / 2;
             part.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
@@ -127,9 +133,7 @@ impl<'a> Dropper<'a> {
     /// Searches for a higher contact below a node.
     fn descend(&self, p: [f64; 2], from: u32, best: &mut Best) {
         let shape = self.shape;
-        let Some(start) = self.nodes.get(from as usize).filter(|node| node.bound.high[0] >= node.bound.low[0]) else {
-            return;
-        };
+        let Some(start) = self.nodes.get(from as usize).filter(|_| !self.order.is_empty()) else { return };
         let (mut stack, mut depth) = ([(0.0, 0u32); 64], 1);
         stack[0] = (start.bound.at(p, shape, best.tip_mm), from);
         while depth > 0 {
