@@ -428,7 +428,7 @@ pub fn calibrate(table: &[u8], model: &str, setup: Option<&Setup>) -> Result<Cal
     let efficiency = job.map_or_else(|| Table::constant(1.0), |job| job.machine.spindle.efficiency.clone());
     let declared_k_tc = job.and_then(|job| declared(job, job.tools.first()?)).map(|k| k.k_tc);
     let spindle = job.map(|job| &job.machine.spindle);
-    let options = CalibrateOptions { declared_k_tc, spindle, ..CalibrateOptions::default() };
+    let options = CalibrateOptions { spindle, declared_k_tc, ..CalibrateOptions::default() };
     Ok(Calibrated(fit(&frame, &rows, model, options, |reading| reading * efficiency.at(reading))?))
 }
 

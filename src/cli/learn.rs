@@ -305,7 +305,7 @@ pub(super) fn finish(
         match text.map(|text| setup::load_model(&text).map(|_| text)) {
             Some(Ok(text)) => output.write(text.as_bytes())?,
             Some(Err(error)) => {
-                screen.say(&format!("no model file was written, for none could be read back: {error}\n"))
+                screen.say(&format!("no model file was written, for none could be read back: {error}\n"));
             }
             None => screen.say("no model file was written: the data do not support one\n"),
         }

@@ -69,8 +69,8 @@ impl PlacedLog<'_> {
         state.up_share_chip = e.up_share_chip;
         let at =
             |along: f64, aside: f64| spot.from + (spot.to - spot.from) * share + spot.direction * along + left * aside;
-        state.position = at(e.contact_mm[0], e.contact_mm[1]);
         state.sectors = e.sectors_at(state.feed_per_tooth_mm, at);
+        state.position = at(e.contact_mm[0], e.contact_mm[1]);
         state.direction = spot.direction;
         state.curvature_per_mm = spot.curvature_per_mm;
         state.edge_position_mm = 0.5 * e.axial_mm;
