@@ -126,8 +126,7 @@ fn diagnose_all(data: &Data, split: &Split, options: &Options) -> Option<(LearnR
     let train = weighed.with_weights(without(&weighed, |i| split.test[i]));
     let refitted = |f: Fitted| if several { fit(&train, &f.model.effects, FORM_ROUNDS) } else { Some(f) };
     let (base, fitted) = refitted(base).zip(refitted(fitted))?;
-    let mut search = Diagnosis { data: &weighed, train, cache: TrialCache::default(), ..search };
-    let fitted = search.without_harm(fitted);
+    let search = Diagnosis { data: &weighed, train, cache: TrialCache::default(), ..search };
     let Reduced { data: reduced, train, fitted, left_out } = search.without_undetermined_terms(fitted);
     let mut last = Diagnosis { data: &reduced, train, cache: TrialCache::default(), ..search.clone() };
     let mut report = last.report(&search, &base, &fitted);
@@ -411,23 +410,6 @@ impl Diagnosis<'_> {
         fit(&self.train, &others, 12).unwrap_or_else(|| present.clone())
     }
 
-    /// The model without its last additions for as long as the error on the data kept for the judgement is larger with them than without
-    /// any: those before may still hold there, and then need not go with them.
-    fn without_harm(&mut self, fitted: Fitted) -> Fitted {
-        let plain = self.judgement_errors(&[]).rmse;
-        let mut present = fitted;
-        while !is_no_worse(plain, self.judgement_errors(&present.model.effects).rmse) {
-            let effects = &present.model.effects;
-            let Some(k) = effects.iter().rposition(|each| !self.has_own_data(each.effect)) else { break };
-            let Some(without_it) = fit(&self.train, &remove(effects, k), FORM_ROUNDS) else { break };
-            let name = effects[k].effect.name;
-            let why = "with it the error on the data kept for the judgement is larger than without any effect";
-            self.rejected.push(Rejected { name: name.into(), why: why.into() });
-            present = if self.pair.contains(&name) { self.without_pair(&without_it) } else { without_it };
-        }
-        present
-    }
-
     /// Score of the `k`-th effect beside the others, and whether it lowers the held-out error if there are curves
     /// without a name. Curves over its own covariates correct its law and are left out of both models, so that they
     /// cannot replace it.
@@ -562,33 +544,6 @@ mod tests {
         let at = |k: usize| [-1.0, 0.0].get(k).copied().unwrap_or(BEYOND);
         let values = (0..KNOTS).map(at).chain(vec![1.0; KNOTS]).chain([1.0]).collect();
         FittedEffect { effect: named(name).unwrap(), values, free: (0..=2 * KNOTS).map(|k| k == KNOTS + 1).collect() }
-    }
-
-    /// The load is a fifth higher at z > 0; in the blocks that are fitted another fifth in up milling, in those kept for the judgement that
-    /// much lower.
-    #[test]
-    fn what_does_not_hold_on_the_data_kept_goes_and_what_was_found_before_it_stays() {
-        let kept = |i: usize| (i / (2 * EACH)) % 4 == 3;
-        let sign = |i: usize, every: usize| if (i / every).is_multiple_of(2) { 1.0 } else { -1.0 };
-        let (z, up) = (|i: usize| sign(i, EACH), |i: usize| sign(i, 5));
-        let left = |less_at_z: f64| {
-            let share = |i: usize| {
-                let there = if kept(i) { -1.0 } else { 1.0 };
-                (if z(i) > 0.0 { 0.2 * less_at_z } else { 0.0 }) + if up(i) > 0.0 { 0.2 * there } else { 0.0 }
-            };
-            let state = |i: usize| State { position: Vec3::new(0.0, 0.0, z(i)), up_share: up(i), ..State::default() };
-            let data = made(share, 1.0, state);
-            let split = Split { test: (0..data.len()).map(kept).collect(), ..fifths(&data) };
-            let train = data.with_weights(without(&data, kept));
-            let options = Options::default();
-            let mut diagnosis = Diagnosis { train: train.clone(), ..begun(&data, &split, &options, 1.0) };
-            let effects = ["unnamed-load-z", "unnamed-load-up-share"].map(step);
-            let model = diagnosis.without_harm(fit(&train, &effects, FORM_ROUNDS).unwrap()).model;
-            model.effects.iter().map(|each| each.effect.name).collect::<Vec<_>>()
-        };
-        assert_eq!(left(1.0), ["unnamed-load-z"]);
-        // Where the first is so large that both together still predict better than neither, both stay: which of them helps is said apart.
-        assert_eq!(left(5.0), ["unnamed-load-z", "unnamed-load-up-share"]);
     }
 
     /// Names of the effects after the curves were chosen again, for a model with a first curve over z and a second over
