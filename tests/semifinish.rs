@@ -306,6 +306,30 @@ fn only_coordinates_change_and_the_proof_says_so() {
     }
 }
 
+/// Options that are no numbers, or of a sign that is not meant, are refused by name; above all no bound lets a proof accept anything.
+#[test]
+fn options_that_are_no_numbers_are_refused() {
+    let semi = plane(40.0, 0.5, 0.1);
+    let shop = Shop::with(&semi, &plane(40.0, 0.5, 0.0));
+    fs::write(shop.path("far.nc"), semi.replacen("G1 Y11.0", "G1 X900.0 Y11.0", 1)).unwrap();
+    for within in ["nan", "inf", "-1", "1e999", "wide"] {
+        let (code, _, said) = shop.run(&["semifinish", "semi.nc", "--prove", "far.nc", "--within", within]);
+        assert!(code == 2 && said.contains("--within") && said.contains("0 or more"), "{within}: {said}");
+    }
+    assert_eq!(shop.run(&["semifinish", "semi.nc", "--prove", "semi.nc", "--within", "0"]).0, 0);
+    for option in ["--force-xy", "--change", "--tolerance"] {
+        for value in ["nan", "inf", "0", "-1"] {
+            let (code, _, said) = shop.semifinish(&[option, value]);
+            assert!(code == 2 && said.contains(option) && said.contains("positive"), "{option} {value}: {said}");
+        }
+    }
+    for value in ["nan,1", "0.1,inf", "0.1,0.2,x", "0.1"] {
+        let (code, _, said) = shop.semifinish(&["--stock", value]);
+        assert!(code == 2 && said.contains("--stock") && said.contains("two numbers"), "{value}: {said}");
+    }
+    assert!(!shop.path("out.nc").exists());
+}
+
 /// The moved program is one like any other: `optimize` takes it, it is replaced by a later run without being asked, and the program
 /// of somebody else is not.
 #[test]

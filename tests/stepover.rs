@@ -385,6 +385,36 @@ fn bad_surfaces_are_refused_and_nothing_is_written() {
     }
 }
 
+/// Options that are no numbers, of a sign that is not meant, or that leave no step-over are refused by name.
+#[test]
+fn options_that_make_no_sense_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let stl = surfaces::stl(&small_cylinder());
+    let refused = |options: &[&str], said: &str| {
+        let out = stepover(folder.path(), &stl, CYLINDER_STOCK, options);
+        let error = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(2) && error.contains(said), "{options:?}: {error}");
+        assert!(!folder.path().join("part.nc").exists(), "{options:?}");
+    };
+    let lengths = ["--scallop", "--stock", "--tolerance", "--least-step-over", "--largest-step-over"];
+    for option in lengths.into_iter().chain(["--rpm", "--feed", "--reference-force"]) {
+        for value in ["nan", "inf", "0", "-1"] {
+            refused(&[option, value], option);
+        }
+    }
+    for option in ["--direction", "--turn", "--shallowest", "--steepest"] {
+        for value in ["nan", "inf"] {
+            refused(&[option, value], option);
+        }
+    }
+    refused(
+        &["--feed", "960", "--least-step-over", "5", "--largest-step-over", "1"],
+        "larger than the largest of 1.000 mm",
+    );
+    // Without the largest one it is the radius of the tool.
+    refused(&["--feed", "960", "--least-step-over", "5"], "larger than the largest of 3.000 mm");
+}
+
 /// What can be mended is mended and said: triangles that face the wrong way, one in ten or all, without area, or missing one by one.
 #[test]
 fn facets_that_can_be_mended_give_the_program_of_the_good_mesh() {

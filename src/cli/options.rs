@@ -154,6 +154,22 @@ pub fn positive(text: &str) -> Result<f64, String> {
     value.ok_or_else(|| "it is a length in m, above 0".to_owned())
 }
 
+/// A number that is one, in the unit of its option: no infinity, not "nan".
+pub fn finite(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
+    value.ok_or_else(|| "it is a number".to_owned())
+}
+
+/// A number of 0 or more, in the unit of its option.
+pub fn from_zero(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|value| *value >= 0.0).ok_or_else(|| "it is a number of 0 or more".to_owned())
+}
+
+/// A positive number, in the unit of its option.
+pub fn above_zero(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|value| *value > 0.0).ok_or_else(|| "it is a positive number".to_owned())
+}
+
 fn bytes(text: &str) -> Result<u64, String> {
     let text = text.trim().trim_end_matches(['B', 'b']).trim_end_matches('i');
     let (number, factor) = match text.chars().last() {
@@ -179,6 +195,13 @@ mod tests {
         assert_eq!(bytes("2G"), Ok(2 << 30));
         assert_eq!(bytes("1.5 MiB"), Ok(3 << 19));
         assert!(bytes("lots").is_err() && bytes("-1").is_err());
+    }
+
+    #[test]
+    fn numbers_of_options_are_finite_and_of_the_sign_that_is_meant() {
+        assert!(["nan", "inf", "-inf", "1e999", "", "1,5"].iter().all(|text| finite(text).is_err()));
+        assert!(finite("-3.5") == Ok(-3.5) && from_zero("0") == Ok(0.0) && above_zero("1e-3") == Ok(1e-3));
+        assert!(from_zero("-1e-9").is_err() && above_zero("0").is_err() && above_zero("nan").is_err());
     }
 
     #[test]

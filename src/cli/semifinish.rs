@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use super::error::CliError;
 use super::input::{self, Source};
-use super::options::{Common, Global};
+use super::options::{Common, Global, above_zero, finite, from_zero};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use super::work;
@@ -41,22 +41,22 @@ pub struct Semifinish {
     pub output: Option<PathBuf>,
     /// Reference of the finishing force in the plane normal to the tool axis, N; without it limits.force_xy of the setup, else the
     /// mean as programmed.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = above_zero)]
     pub force_xy: Option<f64>,
-    #[arg(long, value_name = "MIN,MAX", value_parser = least_and_largest,
+    #[arg(long, value_name = "MIN,MAX", allow_negative_numbers = true, value_parser = least_and_largest,
         help = format!("Least and largest stock that may be left, mm [default: {},{}]", STOCK_MM[0], STOCK_MM[1]))]
     pub stock: Option<[f64; 2]>,
     /// Largest change of stock per mm along the path.
-    #[arg(long, value_name = "MM", default_value_t = CHANGE)]
+    #[arg(long, value_name = "MM", default_value_t = CHANGE, allow_negative_numbers = true, value_parser = above_zero)]
     pub change: f64,
     /// How far chords that take the place of an arc may be off, mm.
-    #[arg(long, value_name = "MM", default_value_t = TOLERANCE_MM)]
+    #[arg(long, value_name = "MM", default_value_t = TOLERANCE_MM, allow_negative_numbers = true, value_parser = above_zero)]
     pub tolerance: f64,
     /// Prove instead that MOVED differs from PROGRAM in coordinates of cutting moves only, each by no more than --within.
     #[arg(long, value_name = "MOVED", conflicts_with_all = ["finish", "output"], requires = "within")]
     pub prove: Option<PathBuf>,
     /// Largest distance between a point of MOVED and of PROGRAM, mm.
-    #[arg(long, value_name = "MM", requires = "prove")]
+    #[arg(long, value_name = "MM", requires = "prove", allow_negative_numbers = true, value_parser = from_zero)]
     pub within: Option<f64>,
 }
 
@@ -235,6 +235,6 @@ fn proven(
 
 /// `0.05,0.4`: two numbers.
 fn least_and_largest(text: &str) -> Result<[f64; 2], String> {
-    let both: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
-    both.try_into().map_err(|_| "two numbers with a comma between, like 0.05,0.4".to_owned())
+    let both: Result<Vec<f64>, String> = text.split(',').map(|part| finite(part.trim())).collect();
+    both.unwrap_or_default().try_into().map_err(|_| "two numbers with a comma between, like 0.05,0.4".to_owned())
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::error::CliError;
 use super::input;
 use super::learn::{load, open};
-use super::options::Global;
+use super::options::{Global, above_zero, finite};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
 use crate::finish::stepover::{Layout, Refusal, Request, Surface, run};
@@ -44,44 +44,44 @@ pub struct Stepover {
     #[arg(long, value_name = "T")]
     pub tool: Option<u32>,
     /// Spindle speed, rev/min; that of the tool in the setup when absent.
-    #[arg(long, value_name = "RPM")]
+    #[arg(long, value_name = "RPM", allow_negative_numbers = true, value_parser = above_zero)]
     pub rpm: Option<f64>,
     /// Highest feed, mm/min; what the limits of the setup allow when absent. It is lowered where the force asks for it.
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = above_zero)]
     pub feed: Option<f64>,
     /// Peak force that is held, N; force_xy of the setup when absent.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = above_zero)]
     pub reference_force: Option<f64>,
     /// Largest scallop height, mm.
-    #[arg(long, value_name = "MM", default_value_t = 0.01)]
+    #[arg(long, value_name = "MM", default_value_t = 0.01, allow_negative_numbers = true, value_parser = above_zero)]
     pub scallop: f64,
     /// Thickness of the stock that stands on the surface, along its normal, mm; when absent that of the saved stock of the setup ([stock]
     /// saved = …), or 0.1 where there is none.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     pub stock: Option<f64>,
     /// Slope up to which the surface is machined, degrees.
-    #[arg(long, value_name = "DEG", default_value_t = STEEPEST_DEG)]
+    #[arg(long, value_name = "DEG", default_value_t = STEEPEST_DEG, allow_negative_numbers = true, value_parser = finite)]
     pub steepest: f64,
     /// Least step-over, mm, seen from above, of contour passes along the surface; a fiftieth of the tool's radius when absent.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     pub least_step_over: Option<f64>,
     /// Largest step-over, measured alike, mm; the tool's radius when absent.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     pub largest_step_over: Option<f64>,
     /// How passes lie: side by side in one direction, or each at one height from the top downwards (constant z), for steep parts.
     #[arg(long, value_name = "HOW", default_value = "parallel")]
     pub passes: Passes,
     /// Direction of parallel passes from +X, degrees, 0 when absent; they follow each other to their left.
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = finite)]
     pub direction: Option<f64>,
     /// How far a parallel pass may turn away from its direction, degrees: 0, straight, when absent.
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = finite)]
     pub turn: Option<f64>,
     /// Slope from level that contour passes begin at, degrees, 30 when absent; how much of the surface is shallower is said.
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = finite)]
     pub shallowest: Option<f64>,
     /// How far the lines of the program may lie from the path on the surface, mm.
-    #[arg(long, value_name = "MM", default_value_t = 0.003)]
+    #[arg(long, value_name = "MM", default_value_t = 0.003, allow_negative_numbers = true, value_parser = above_zero)]
     pub tolerance: f64,
 }
 
@@ -143,21 +143,6 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
     let bytes = input::file(&command.surface)?;
     let surface = Surface::read(&bytes, factor, command.steepest.to_radians())
         .map_err(|error| CliError::new(format!("{}: {error}", command.surface.display()), "give the surface as STL"))?;
-    let [least, largest] = [command.least_step_over, command.largest_step_over];
-    let positive = [
-        ("--reference-force", command.reference_force),
-        ("--feed", command.feed),
-        ("--rpm", command.rpm),
-        ("--scallop", Some(command.scallop)),
-        ("--stock", command.stock),
-        ("--tolerance", Some(command.tolerance)),
-        ("--least-step-over", least),
-        ("--largest-step-over", largest),
-    ];
-    if let Some((name, value)) = positive.into_iter().find(|(_, x)| x.is_some_and(|x| !(x > 0.0 && x.is_finite()))) {
-        let value = value.unwrap_or_default();
-        return Err(CliError::new(format!("{name} {value} makes no sense"), "give a positive number"));
-    }
     let layout = layout(command)?;
     if !(command.steepest > 0.0 && command.steepest < 90.0) {
         return Err(CliError::new(
@@ -172,7 +157,7 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         force_n: command.reference_force,
         scallop_mm: command.scallop,
         stock_mm: command.stock.unwrap_or(STOCK_MM),
-        step_over_mm: [least, largest],
+        step_over_mm: [command.least_step_over, command.largest_step_over],
         layout,
         tolerance_mm: command.tolerance,
     };

@@ -20,8 +20,8 @@ pub fn check_wanted(task: &Task) -> Result<(), SemifinishError> {
             "stock from {low} to {high} mm makes no sense: the least may be 0, the largest must be more"
         ));
     }
-    if !(wanted.change > 0.0 && wanted.tolerance_mm > 0.0) {
-        return bad("change of stock per mm, and tolerance, must be positive".into());
+    if [wanted.change, wanted.tolerance_mm].iter().any(|value| !(*value > 0.0 && value.is_finite())) {
+        return bad("change of stock per mm, and tolerance, must be positive numbers".into());
     }
     Ok(())
 }

@@ -207,7 +207,8 @@ fn motions(
         let far_mm = distance(&motion.curve(), &pieces);
         proof.moved += usize::from(far_mm > ROUNDED_MM && motion.kind == MoveKind::Feed);
         proof.largest_mm = proof.largest_mm.max(far_mm);
-        if far_mm > within_mm + ROUNDED_MM {
+        let near = far_mm <= within_mm + ROUNDED_MM;
+        if !near {
             let text = format!("the path lies {far_mm:.4} mm from the original one, {within_mm} mm are allowed");
             proof.differs([motion.line, first.line], text);
         }

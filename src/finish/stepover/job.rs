@@ -191,6 +191,15 @@ pub fn run(
         least_mm: ask.step_over_mm[0].unwrap_or(0.02 * shape.radius_mm()),
         largest_mm: ask.step_over_mm[1].unwrap_or(shape.radius_mm()),
     };
+    if bounds.least_mm > bounds.largest_mm {
+        return Err(Refusal::new(
+            format!(
+                "the least step-over of {:.3} mm is larger than the largest of {:.3} mm",
+                bounds.least_mm, bounds.largest_mm
+            ),
+            "correct --least-step-over and --largest-step-over; the largest is the radius of the tool when absent",
+        ));
+    }
     let material = job.material(tool).ok_or_else(|| {
         Refusal::new("the setup names no material", "give [stock] material, or a [material] table with coefficients")
     })?;
