@@ -330,6 +330,54 @@ fn options_that_are_no_numbers_are_refused() {
     assert!(!shop.path("out.nc").exists());
 }
 
+/// A program with one cut, a half circle of 10 mm radius about the origin, as these blocks.
+fn half_circle(cut: &str) -> String {
+    format!(
+        "%\nO13 (ARC)\nG21 G17 G40 G90 G94\nT1 M6\nS9600 M3\nG54 G0 X10.0 Y0 Z5.0\nG1 Z0 F960\n{cut}G0 Z40.0\nM30\n%\n"
+    )
+}
+
+/// Lines in the place of the half circle: radius and angle of their ends, degrees.
+fn lines_of(points: impl Iterator<Item = (f64, f64)>) -> String {
+    let mut text = String::new();
+    for (k, (radius, degrees)) in points.enumerate() {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let _ = writeln!(text, "{}X{:.3} Y{:.3}", if k == 0 { "G1 " } else { "" }, radius * cos, radius * sin);
+    }
+    half_circle(&text)
+}
+
+/// The way of an arc is walked in its order, once: what only visits its points, or is much longer, is no moved program.
+#[test]
+fn lines_in_the_place_of_an_arc_walk_it_once_and_in_order() {
+    let shop = Shop::with(&half_circle("G3 X-10.0 Y0.0 I-10.0 J0.0\n"), "");
+    let prove = |text: &str, within: &str| {
+        fs::write(shop.path("other.nc"), text).unwrap();
+        shop.run(&["semifinish", "semi.nc", "--prove", "other.nc", "--within", within])
+    };
+    let ahead = || (1..=36).map(|k| (10.0, 5.0 * f64::from(k)));
+    let (code, said, err) = prove(&lines_of(ahead()), "0.012");
+    assert!(code == 0 && said.contains("35 lines of chords"), "{said}{err}");
+    // Chords of 5 degrees: 0.0095 mm.
+    assert_eq!(prove(&lines_of(ahead()), "0.009").0, 1);
+    let mut swapped: Vec<(f64, f64)> = ahead().collect();
+    swapped.swap(14, 16);
+    let twice: Vec<(f64, f64)> = ahead().chain(ahead().rev()).chain(ahead()).collect();
+    // From side to side by 0.8 mm every degree.
+    let to_and_fro: Vec<(f64, f64)> = (1..=180)
+        .map(|k| (if k == 180 { 10.0 } else { 10.0 + 0.4 * f64::from(k % 2 * 2 - 1) }, f64::from(k)))
+        .collect();
+    for (what, points, told) in [
+        ("another order", swapped, "same order"),
+        ("twice", twice, "same order"),
+        ("to and fro", to_and_fro, "mm long instead of 31.416"),
+    ] {
+        let (code, said, _) = prove(&lines_of(points.into_iter()), "0.5");
+        assert!(code == 1 && said.contains(told), "{what}: {said}");
+    }
+    assert_eq!(prove(&half_circle("G2 X-10.0 Y0.0 I-10.0 J0.0\n"), "0.5").0, 1, "the other way round");
+}
+
 /// The moved program is one like any other: `optimize` takes it, it is replaced by a later run without being asked, and the program
 /// of somebody else is not.
 #[test]

@@ -35,6 +35,7 @@ mod stock;
 mod stretch_loads;
 mod task;
 mod unknowns;
+mod walk;
 pub mod write;
 mod written;
 

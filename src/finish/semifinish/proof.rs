@@ -1,22 +1,25 @@
-//! Proof of a moved program from the two texts: only coordinates of cutting moves differ, and no point of the path is
-//! further from the original than a stated distance. In: both programs and their motions. Out: a [`Proof`].
+//! Proof of a moved program from the two texts: only coordinates of cutting moves differ, and the path, walked in its
+//! order, is nowhere further from the original than a stated distance. In: both programs and their motions. Out: a
+//! [`Proof`].
 //!
 //! A cutting block makes exactly one feed move, executed once. In it the numbers of X, Y and Z may differ, and a
 //! coordinate that was left out may be added; for an arc also I, J, K, R may differ, its G code may become that of a
 //! straight move, and lines with X, Y and Z alone may follow it. Everything else is the same byte for byte, except
 //! blanks between the words of a cutting block. The motions are compared move by move: kind, feed, spindle, tool, work
-//! offset and path mode are the same, and so are dwells, tool changes and stops between them. One line may be added:
-//! the comment [`MARK`], by which the file is recognised. Apart from that no code is shared with the writing
-//! ([`super::write`]).
+//! offset and path mode are the same, and so are dwells, tool changes and stops between them. The path of a move and
+//! that of what takes its place are walked from end to end together ([`super::walk`]): with w the stated distance they
+//! are never more than w apart, and their lengths differ by no more than w (θ + 2), θ the angle by which the move turns.
+//! A path at the constant distance w beside it is longer or shorter by w θ (Steiner), and w at either end is for one
+//! that goes over from one side to the other. One line may be added: the comment [`MARK`], by which the file is
+//! recognised. Apart from that no code is shared with the writing ([`super::write`]).
 
+use super::walk;
 use crate::ids::BlockId;
 use crate::nc::{Event, Move, MoveKind, Program, TokenKind, Toolpath};
-use crate::path::{Curve, Vec3};
+use crate::path::Curve;
 
 /// Comment at the head of a moved program.
 pub const MARK: &str = "SEMI-FINISH MOVED BY FEEDWRIGHT";
-/// Points along a curve at which its distance to the other is computed.
-const PLACES: usize = 16;
 /// Tolerance for rounding of decimal numbers, mm.
 const ROUNDED_MM: f64 = 1e-6;
 /// Most differences that are listed.
@@ -31,7 +34,7 @@ pub struct Proof {
     pub moved: usize,
     /// Lines with chords that follow arcs.
     pub chords: usize,
-    /// Largest distance of a point from the original path, mm.
+    /// Largest distance between the two paths, walked in their order, mm.
     pub largest_mm: f64,
     /// Line numbers in both programs, and what differs there.
     pub differences: Vec<([u32; 2], String)>,
@@ -204,13 +207,12 @@ fn motions(
         if let Some(what) = pieces.iter().find_map(|piece| state(motion, piece)) {
             proof.differs([motion.line, first.line], format!("{what} is not the same"));
         }
-        let far_mm = distance(&motion.curve(), &pieces);
+        let (own, others) = (motion.curve(), pieces.iter().map(|piece| piece.curve()).collect::<Vec<_>>());
+        let far_mm = walk::apart_mm(&own, &others);
         proof.moved += usize::from(far_mm > ROUNDED_MM && motion.kind == MoveKind::Feed);
         proof.largest_mm = proof.largest_mm.max(far_mm);
-        let near = far_mm <= within_mm + ROUNDED_MM;
-        if !near {
-            let text = format!("the path lies {far_mm:.4} mm from the original one, {within_mm} mm are allowed");
-            proof.differs([motion.line, first.line], text);
+        if let Some(what) = misfit(&own, &others, far_mm, within_mm) {
+            proof.differs([motion.line, first.line], what);
         }
     }
     if let Some(more) = next.next() {
@@ -235,30 +237,46 @@ fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
 }
 
-/// Largest distance between a curve and the pieces in its place: of their ends, and of points of each from the other.
-fn distance(curve: &Curve, pieces: &[&Move]) -> f64 {
-    let others: Vec<Curve> = pieces.iter().map(|piece| piece.curve()).collect();
-    let ends = [curve.from() - others[0].from(), curve.to() - others[others.len() - 1].to()].map(|off| off.norm());
-    let places = |of: &Curve| -> Vec<Vec3> {
-        let of = *of;
-        (0..=PLACES).map(|k| of.point(of.length() * k as f64 / PLACES as f64)).collect()
-    };
-    let there = others.iter().flat_map(places).map(|point| to_curve(curve, point));
-    let nearest = |point: Vec3| others.iter().map(|other| to_curve(other, point)).fold(f64::INFINITY, f64::min);
-    let back = places(curve).into_iter().map(nearest);
-    there.chain(back).fold(ends[0].max(ends[1]), f64::max)
+/// Why the pieces in the place of a curve do not follow it within a distance; `None` if they do.
+fn misfit(own: &Curve, others: &[Curve], far_mm: f64, within_mm: f64) -> Option<String> {
+    let most_mm = within_mm + ROUNDED_MM;
+    let near = far_mm <= most_mm;
+    if !near {
+        return Some(format!(
+            "the path lies {far_mm:.4} mm from the original one, walked in the same order; {within_mm} mm are allowed"
+        ));
+    }
+    let [own_mm, other_mm] = [own.length(), others.iter().map(Curve::length).sum()];
+    let fits = (other_mm - own_mm).abs() <= most_mm * (walk::turned_rad(own) + 2.0);
+    (!fits).then(|| format!("the path is {other_mm:.3} mm long instead of {own_mm:.3}: more than {within_mm} mm make"))
 }
 
-/// Distance of a point from a curve.
-fn to_curve(curve: &Curve, point: Vec3) -> f64 {
-    let length = curve.length();
-    let off = |s: f64| (curve.point(s) - point).norm();
-    let looks = if matches!(curve, Curve::Line { .. }) { 1 } else { 64 };
-    let start =
-        (0..=looks).map(|k| length * f64::from(k) / f64::from(looks)).min_by(|a, b| off(*a).total_cmp(&off(*b)));
-    let mut s = start.unwrap_or(0.0);
-    for _ in 0..6 {
-        s = (s + (point - curve.point(s)).dot(&curve.tangent(s))).clamp(0.0, length);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::path::{Arc, Plane, Vec3};
+    use std::f64::consts::FRAC_PI_2;
+
+    /// A quarter of a circle of 10 mm radius.
+    fn quarter() -> Curve {
+        let [from, to] = [Vec3::new(10.0, 0.0, 0.0), Vec3::new(0.0, 10.0, 0.0)];
+        Curve::Arc(Arc::new(Plane::Xy, from, to, Vec3::zeros(), FRAC_PI_2))
     }
-    off(s)
+
+    #[test]
+    fn nothing_is_near_a_bound_that_is_no_number() {
+        assert!(misfit(&quarter(), &[quarter()], 0.0, 0.0).is_none());
+        assert!(misfit(&quarter(), &[quarter()], 0.0, f64::NAN).is_some());
+        assert!(misfit(&quarter(), &[quarter()], 0.0, -1.0).is_some());
+    }
+
+    /// On both sides of w (θ + 2): 0.3 mm times 3.57 is 1.071 mm.
+    #[test]
+    fn a_path_is_no_longer_than_its_distance_makes_it() {
+        let length = quarter().length();
+        let line = |mm: f64| [Curve::Line { from: Vec3::zeros(), to: Vec3::new(mm, 0.0, 0.0) }];
+        for (more, fits) in [(1.07, true), (1.08, false), (-1.07, true), (-1.08, false)] {
+            assert_eq!(misfit(&quarter(), &line(length + more), 0.3, 0.3).is_none(), fits, "{more}");
+        }
+    }
 }
