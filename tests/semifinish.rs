@@ -378,6 +378,48 @@ fn lines_in_the_place_of_an_arc_walk_it_once_and_in_order() {
     assert_eq!(prove(&half_circle("G2 X-10.0 Y0.0 I-10.0 J0.0\n"), "0.5").0, 1, "the other way round");
 }
 
+/// `Y12` is 12 mm on some Fanuc controls and 0.012 mm on others: a coordinate that differs has a decimal point, and one beside which
+/// the block counts increments does not differ at all.
+#[test]
+fn coordinates_keep_their_decimal_point_where_increments_may_be_counted() {
+    let semi = |x: &str, y: &str| half_circle("").replace("G0 Z40.0", &format!("G1 {x} {y}\nG0 Z40.0"));
+    let prove = |dialect: &str, own: [&str; 2], other: [&str; 2]| {
+        let shop = Shop::with(&semi(own[0], own[1]), "");
+        fs::write(shop.path("other.nc"), semi(other[0], other[1])).unwrap();
+        shop.run(&["semifinish", "semi.nc", "--prove", "other.nc", "--within", "1", "--dialect", dialect])
+    };
+    for (dialect, refused) in [("fanuc", 1), ("haas", 1), ("linuxcnc", 0)] {
+        for (own, other) in [
+            (["X20.0", "Y12.0"], ["X20.0", "Y12"]),
+            (["X20.0", "Y12.0"], ["X20.0", "Y11"]),
+            (["X20.0", "Y12"], ["X20.1", "Y12"]),
+            (["X20", "Y12"], ["X20", "Y12.0"]),
+        ] {
+            let (code, said, err) = prove(dialect, own, other);
+            assert_eq!(code, refused, "{dialect} {own:?} {other:?}: {said}{err}");
+            assert!(code == 0 || said.contains("without a decimal point"), "{dialect} {own:?} {other:?}: {said}");
+        }
+        for (own, other) in [
+            (["X20.0", "Y12.0"], ["X20.3", "Y12.0"]),
+            (["X20.0", "Y12.0"], ["X20.0", "Y12."]),
+            (["X20.0", "Y0.5"], ["X20.0", "Y0"]),
+            (["X20", "Y12"], ["X20", "Y12"]),
+        ] {
+            assert_eq!(prove(dialect, own, other).0, 0, "{dialect} {own:?} {other:?}");
+        }
+    }
+}
+
+/// An arc whose centre may be counted in increments is not moved, as none is with such an end.
+#[test]
+fn arcs_with_a_word_that_may_count_increments_are_left_alone() {
+    let stock = linear_edge("min = [-12, 0, -20], max = [12, 6, 15]");
+    let semi = trough(1.0).replace(" I8.0000", " I8");
+    assert!(semi.contains(" I8 K"));
+    let (code, _, said) = Shop::set_up(&semi, &trough(0.0), &stock).semifinish(&["--force-xy", "25"]);
+    assert!(code == 2 && said.contains("can be rewritten"), "{said}");
+}
+
 /// The moved program is one like any other: `optimize` takes it, it is replaced by a later run without being asked, and the program
 /// of somebody else is not.
 #[test]

@@ -4,8 +4,9 @@
 //!
 //! A cutting block makes exactly one feed move, executed once. In it the numbers of X, Y and Z may differ, and a
 //! coordinate that was left out may be added; for an arc also I, J, K, R may differ, its G code may become that of a
-//! straight move, and lines with X, Y and Z alone may follow it. Everything else is the same byte for byte, except
-//! blanks between the words of a cutting block. The motions are compared move by move: kind, feed, spindle, tool, work
+//! straight move, and lines with X, Y and Z alone may follow it. Where a control may count a number without a decimal
+//! point in increments, every number that differs has a point, and so have those of the original block. Everything
+//! else is the same byte for byte, except blanks between the words of a cutting block. The motions are compared move by move: kind, feed, spindle, tool, work
 //! offset and path mode are the same, and so are dwells, tool changes and stops between them. The path of a move and
 //! that of what takes its place are walked from end to end together ([`super::walk`]): with w the stated distance they
 //! are never more than w apart, and their lengths differ by no more than w (θ + 2), θ the angle by which the move turns.
@@ -130,6 +131,9 @@ fn texts([before, after]: [&Program; 2], cuts: &[Cuts], proof: &mut Proof) -> Op
             at += 1;
             proof.chords += 1;
         }
+        if cut != Cuts::No && (first..at).any(|line| counted_otherwise([before, after], block, BlockId(line))) {
+            proof.differs(lines, "a coordinate without a decimal point may count increments");
+        }
         matched.push(first..at);
     }
     if (at as usize) < after.len() {
@@ -159,6 +163,21 @@ fn words(program: &Program, block: BlockId, cuts: Cuts) -> Vec<&[u8]> {
         }
     }
     tokens
+}
+
+/// Does a block in the place of another write a number that the control may count in another unit than is meant? In the
+/// dialects that count increments that is one without a point, unless the other writes the same, or any beside one
+/// without a point.
+fn counted_otherwise([before, after]: [&Program; 2], own: BlockId, other: BlockId) -> bool {
+    let words = |program: &Program, block: BlockId| -> Vec<Vec<u8>> {
+        let places = program.tokens(block).filter(|t| matches!(t.kind, TokenKind::Word(l) if b"XYZIJKR".contains(&l)));
+        let numbers = places.filter(|token| token.number != 0.0);
+        numbers.map(|token| token.span.of(program.text()).to_vec()).collect()
+    };
+    let known = words(before, own);
+    let pointless = known.iter().any(|word| !word.contains(&b'.'));
+    let new = |word: &Vec<u8>| !known.contains(word) && (pointless || !word.contains(&b'.'));
+    before.dialect().properties().counts_increments && words(after, other).iter().any(new)
 }
 
 /// Is a line the mark, and nothing else?

@@ -101,12 +101,14 @@ impl Texts {
             Curve::Arc(arc) => {
                 let (a, b, _) = arc.plane.axes();
                 let named = [a, b].iter().all(|axis| view.has(AXES[*axis]));
+                let words = view.words.iter().filter(|word| b"IJKR".contains(&word.letter));
+                let plain = words.into_iter().all(sound);
                 let from_start = |axis: usize| {
                     let number = view.only(CENTRE[axis]).map_or(0.0, |word| word.number);
                     (number * modes.unit_mm() - arc.centre[axis] + arc.from[axis]).abs() <= SAME_MM
                 };
                 let by_radius = view.has(b'R') && !CENTRE.iter().any(|letter| view.has(*letter));
-                named && (by_radius || [a, b].into_iter().all(from_start))
+                named && plain && (by_radius || [a, b].into_iter().all(from_start))
             }
         };
         ends && centre
