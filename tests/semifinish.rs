@@ -517,6 +517,13 @@ fn the_force_over_a_wave_is_constant_where_no_bound_holds() {
     let force = &report["force"];
     assert!(force["after"]["unbound_within_10_percent"].as_f64().unwrap() >= 88.0, "{said}");
     assert!(force["unbound_mm"].as_f64() > Some(0.5 * force["length_mm"].as_f64().unwrap()));
+    // What is off without a bound is listed, all of it and nothing else.
+    let listed: f64 =
+        report["unbound"].as_array().unwrap().iter().map(|part| part["length_mm"].as_f64().unwrap()).sum();
+    let share = 1.0 - force["after"]["unbound_within_10_percent"].as_f64().unwrap() / 100.0;
+    let off_mm = share * force["unbound_mm"].as_f64().unwrap();
+    assert!(off_mm > 10.0 && (listed - off_mm).abs() < 1e-6 * off_mm, "{listed} {off_mm}");
+    assert!(said.contains("though no bound holds"), "{said}");
 }
 
 /// Downhill Eq. 1 gives no force: chips are thin there and contacts long, and its term of the length alone is negative.

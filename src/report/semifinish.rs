@@ -61,8 +61,9 @@ pub struct SemifinishReport<'a> {
     stock: StockPart,
     gouge: GougePart,
     deflection: DeflectionPart,
-    /// Where bounds prevented a constant force.
-    bounds: Vec<BoundPart>,
+    /// Stretches more than 10 % off the reference: those on which a bound prevented a constant force, and those on which none holds.
+    bounds: Vec<StretchPart>,
+    unbound: Vec<StretchPart>,
     moved: MovedPart,
     rounds: Vec<RoundPart>,
     /// One row a stretch of the finishing path.
@@ -131,7 +132,7 @@ struct DeflectionPart {
 }
 
 #[derive(Debug, Serialize)]
-struct BoundPart {
+struct StretchPart {
     line: u32,
     last_line: u32,
     length_mm: f64,
@@ -266,7 +267,8 @@ pub fn semifinish_report(found: Semifinished<'_>) -> SemifinishReport<'_> {
             range_after_mm: deflected_after[1] - deflected_after[0],
             covers: "lateral only: the bending of tool and holder; what the tool gives along its axis is not modelled",
         },
-        bounds: bounds(&paths, reference_n),
+        bounds: off_reference(&paths, reference_n, true),
+        unbound: off_reference(&paths, reference_n, false),
         moved: MovedPart {
             blocks_changed,
             words_added,
@@ -353,15 +355,17 @@ fn deviation(found: &Semifinished, paths: &[PathPart]) -> Option<f64> {
     (length > 0.0).then(|| 100.0 * sum / length)
 }
 
-/// Stretches on which a bound holds and the force is off the reference by more than 10 %.
-fn bounds(paths: &[PathPart], reference_n: f64) -> Vec<BoundPart> {
-    let off = |part: &PathPart| part.free && part.bound && (part.force_xy_peak_n_after / reference_n - 1.0).abs() > 0.1;
-    let mut found: Vec<BoundPart> = Vec::new();
+/// Stretches on which the force is off the reference by more than 10 %: those on which a bound on the stock holds, or the others.
+fn off_reference(paths: &[PathPart], reference_n: f64, bound: bool) -> Vec<StretchPart> {
+    let off = |part: &PathPart| {
+        part.free && part.bound == bound && (part.force_xy_peak_n_after / reference_n - 1.0).abs() > 0.1
+    };
+    let mut found: Vec<StretchPart> = Vec::new();
     for pair in paths.chunk_by(|a, b| off(a) == off(b)).filter(|chunk| off(&chunk[0])) {
         let range = |of: fn(&PathPart) -> f64| {
             pair.iter().map(of).fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
         };
-        found.push(BoundPart {
+        found.push(StretchPart {
             line: pair[0].line,
             last_line: pair[pair.len() - 1].line,
             length_mm: pair.iter().map(|part| part.length_mm).sum(),
@@ -370,6 +374,30 @@ fn bounds(paths: &[PathPart], reference_n: f64) -> Vec<BoundPart> {
         });
     }
     found
+}
+
+/// Stretches that are listed on the screen.
+const LISTED: usize = 8;
+
+/// The first stretches, a line each, and how many there are more.
+fn stretches(parts: &[StretchPart]) -> String {
+    let mut text = String::new();
+    for part in parts.iter().take(LISTED) {
+        text += &format!(
+            "          lines {} to {} of the finish: {:.1} mm, {:.2} to {:.2} N with {:.3} to {:.3} mm of stock\n",
+            part.line,
+            part.last_line,
+            part.length_mm,
+            part.force_n[0],
+            part.force_n[1],
+            part.stock_mm[0],
+            part.stock_mm[1]
+        );
+    }
+    match parts.len().saturating_sub(LISTED) {
+        0 => text,
+        more => text + &format!("          and {more} more; the JSON report lists them (--json)\n"),
+    }
 }
 
 impl SemifinishReport<'_> {
@@ -415,17 +443,11 @@ impl SemifinishReport<'_> {
                 force.after.unbound_within_10_percent
             );
         }
-        for part in self.bounds.iter().take(8) {
-            text += &format!(
-                "          lines {} to {} of the finish: {:.1} mm, {:.2} to {:.2} N with {:.3} to {:.3} mm of stock\n",
-                part.line,
-                part.last_line,
-                part.length_mm,
-                part.force_n[0],
-                part.force_n[1],
-                part.stock_mm[0],
-                part.stock_mm[1]
-            );
+        text += &stretches(&self.bounds);
+        if !self.unbound.is_empty() {
+            let length_mm: f64 = self.unbound.iter().map(|part| part.length_mm).sum();
+            text += &format!("unbound   on {length_mm:.1} mm the force is more than 10 % off though no bound holds\n");
+            text += &stretches(&self.unbound);
         }
         let outside = self.stock.outside_calibrated_percent.filter(|percent| *percent > 0.0);
         if let (Some([low, high]), Some(percent)) = (self.stock.calibrated_mm, outside) {
