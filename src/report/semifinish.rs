@@ -51,6 +51,9 @@ pub struct SemifinishReport<'a> {
     /// Reference of the force, N, and where it comes from.
     reference_n: f64,
     reference_source: &'static str,
+    /// Was it asked for, by the command or by a limit of the setup?
+    #[serde(skip)]
+    asked_for: bool,
     stock_bounds_mm: [f64; 2],
     change_bound: f64,
     tolerance_mm: f64,
@@ -87,6 +90,8 @@ struct ForcePart {
     band_n: Option<[f64; 2]>,
     /// Cut length on which the model gives no force at all, mm: it does not hold there.
     no_force_mm: f64,
+    /// Cut length on which the force after is more than 10 % above the reference, mm.
+    beyond_mm: f64,
 }
 
 /// Forces over a length.
@@ -239,6 +244,7 @@ pub fn semifinish_report(found: Semifinished<'_>) -> SemifinishReport<'_> {
         finish: found.names[1].to_owned(),
         reference_n,
         reference_source: found.reference_source,
+        asked_for: found.wanted.force_n.is_some(),
         stock_bounds_mm: found.wanted.stock_mm,
         change_bound: found.wanted.change,
         tolerance_mm: found.wanted.tolerance_mm,
@@ -252,6 +258,10 @@ pub fn semifinish_report(found: Semifinished<'_>) -> SemifinishReport<'_> {
             deviation_percent: deviation,
             band_n: band(&found, &paths),
             no_force_mm: no_force_mm(&counts),
+            beyond_mm: {
+                let beyond = counts.iter().filter(|part| part.force_xy_peak_n_after > HELD_WITHIN * reference_n);
+                beyond.map(|part| part.length_mm).sum()
+            },
         },
         stock: StockPart {
             before_mm: stock(0),
@@ -376,6 +386,9 @@ fn off_reference(paths: &[PathPart], reference_n: f64, bound: bool) -> Vec<Stret
     found
 }
 
+/// The force counts as held up to this ratio of the reference: within 10 %, as is asked of constancy.
+const HELD_WITHIN: f64 = 1.1;
+
 /// Stretches that are listed on the screen.
 const LISTED: usize = 8;
 
@@ -404,6 +417,20 @@ impl SemifinishReport<'_> {
     /// As JSON.
     pub fn json(&self) -> String {
         serde_json::to_string_pretty(self).expect("plain data") + "\n"
+    }
+
+    /// What is not held of the reference that was asked for: one sentence.
+    pub fn unmet(&self) -> Option<String> {
+        let force = &self.force;
+        (self.asked_for && force.beyond_mm > 0.0).then(|| {
+            format!(
+                "the force of {} N is not held: on {:.1} of {:.0} mm it is more than 10 % above, {:.2} N at most",
+                short(self.reference_n),
+                force.beyond_mm,
+                force.length_mm,
+                force.after.largest_n
+            )
+        })
     }
 
     /// As text.
