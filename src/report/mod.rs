@@ -44,7 +44,7 @@ pub use picture::picture;
 pub use provenance::{Provenance, provenance, sha256};
 pub use semifinish::{Semifinished, semifinish_report};
 pub use sign_off::sign_off;
-pub use stepover::{stepover_json, stepover_words};
+pub use stepover::{stepover_json, stepover_unmet, stepover_words};
 pub use stepover_page::stepover_html;
 pub use summary::summary;
 pub use surface::surface;

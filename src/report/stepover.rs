@@ -3,8 +3,9 @@
 use super::marks::WRITTEN_BY;
 use super::number::{clock, short};
 use crate::finish::stepover::Answer;
-use crate::finish::stepover::job::{LeftOut, Program, cutting_s};
-use crate::finish::stepover::passes::{Constant, Pass, Spot, StepLimit};
+use crate::finish::stepover::check::HELD;
+use crate::finish::stepover::job::{LeftOut, Program, Rival, cutting_s};
+use crate::finish::stepover::passes::{Constant, Pass, Plan, Spot, StepLimit, is_beyond};
 use crate::units::{mm_min_from_mm_s, rpm_from_rps};
 use serde::Serialize;
 use std::fmt::Write;
@@ -64,9 +65,9 @@ struct Side {
     /// Share of the path on which it is beyond its limit, %.
     scallop_beyond_percent: f64,
     predicted: Predicted,
-    /// Left out for constant step-over: it is not run.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    simulated: Option<Simulated>,
+    simulated: Simulated,
+    /// What it does not hold of force and scallop, one sentence each.
+    unmet: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -92,6 +93,9 @@ struct Simulated {
     force_max_line: u32,
     force_p99_n: f64,
     links_force_max_n: f64,
+    links_force_max_line: u32,
+    /// Length on which the force is above the reference by more than 1 %, leads and links included, mm.
+    force_beyond_mm: f64,
     contact_mm: f64,
     force_bound_mm: f64,
     within_10_percent: f64,
@@ -141,18 +145,42 @@ fn largest(passes: &[Pass], of: impl Fn(&Spot) -> f64) -> f64 {
     spots(passes).map(of).fold(0.0, f64::max)
 }
 
-/// Ratio of a scallop to its limit from which the limit counts as broken: the step-over is found to a thousandth of its range, the scallop
-/// of a ball grows with its square.
-const SCALLOP_SLACK: f64 = 1.02;
-
-/// Is a scallop beyond its limit?
-fn is_beyond(scallop_mm: f64, limit_mm: f64) -> bool {
-    scallop_mm > SCALLOP_SLACK * limit_mm
+/// What a program does not hold of the reference force and the scallop limit, one sentence each. Feeds have been lowered as far as they may.
+fn unmet(program: &Program, answer: &Answer) -> Vec<String> {
+    let (plan, check, limit_mm) = (&program.plan, &program.check, answer.bounds.scallop_mm);
+    let mut unmet = Vec::new();
+    let (force_n, line) = if check.links_n.0 > check.largest_n.0 { check.links_n } else { check.largest_n };
+    if force_n > HELD * answer.reference_n {
+        unmet.push(format!(
+            "the reference of {} N is not held: {} N at most (line {line}), above it on {:.1} mm; no feed that is allowed holds it there",
+            short(answer.reference_n),
+            short(force_n),
+            check.beyond_mm
+        ));
+    }
+    let scallop_mm = largest(&plan.passes, |spot| spot.scallop_mm);
+    if is_beyond(scallop_mm, limit_mm) {
+        unmet.push(format!(
+            "the scallop limit of {limit_mm} mm is not held: {scallop_mm:.4} mm at most, beyond it on {:.1} % of the way",
+            beyond_percent(plan, limit_mm)
+        ));
+    }
+    unmet
 }
 
-fn side(program: &Program, scallop_limit_mm: f64, least_s: Option<[f64; 2]>) -> Side {
+/// What the program that is written does not hold, one sentence each.
+pub fn stepover_unmet(answer: &Answer) -> Vec<String> {
+    unmet(&answer.varying, answer)
+}
+
+/// Share of the path on which the scallop is beyond its limit, %.
+fn beyond_percent(plan: &Plan, limit_mm: f64) -> f64 {
+    let beyond = spots(&plan.passes).filter(|spot| is_beyond(spot.scallop_mm, limit_mm)).count();
+    100.0 * beyond as f64 / spots(&plan.passes).count().max(1) as f64
+}
+
+fn side(program: &Program, answer: &Answer, least_s: Option<[f64; 2]>) -> Side {
     let (plan, check) = (&program.plan, &program.check);
-    let beyond = |spot: &&Spot| is_beyond(spot.scallop_mm, scallop_limit_mm);
     let all = spots(&plan.passes).count().max(1) as f64;
     let share = |limit: StepLimit| 100.0 * spots(&plan.passes).filter(|spot| spot.limit == limit).count() as f64 / all;
     let limits = [
@@ -170,7 +198,7 @@ fn side(program: &Program, scallop_limit_mm: f64, least_s: Option<[f64; 2]>) -> 
         time_s: check.time_s,
         cutting_s: cutting,
         scallop_max_mm: largest(&plan.passes, |spot| spot.scallop_mm),
-        scallop_beyond_percent: 100.0 * spots(&plan.passes).filter(beyond).count() as f64 / all,
+        scallop_beyond_percent: beyond_percent(plan, answer.bounds.scallop_mm),
         predicted: Predicted {
             force_max_n: largest(&plan.passes, |spot| spot.force_n),
             least: least_s.map(|[along_s, any_s]| {
@@ -184,17 +212,20 @@ fn side(program: &Program, scallop_limit_mm: f64, least_s: Option<[f64; 2]>) -> 
             }),
             bound_by_percent: limits.into_iter().map(|limit| (name(limit), share(limit))).collect(),
         },
-        simulated: least_s.map(|_| Simulated {
+        unmet: unmet(program, answer),
+        simulated: Simulated {
             force_max_n: check.largest_n.0,
             force_max_line: check.largest_n.1,
             force_p99_n: check.p99_n,
             links_force_max_n: check.links_n.0,
+            links_force_max_line: check.links_n.1,
+            force_beyond_mm: check.beyond_mm,
             contact_mm: check.contact_mm,
             force_bound_mm: check.bound_mm,
             within_10_percent: 100.0 * check.within_10_percent,
             mean_ratio: check.mean_ratio,
             events: check.events.clone(),
-        }),
+        },
     }
 }
 
@@ -225,10 +256,20 @@ fn left(left: &LeftOut) -> Left {
     }
 }
 
-/// Time that is saved against constant step-over, %.
+/// Time that is saved against constant step-over, %; `None` where it is bought with a larger force or scallop: beyond the limit, and beyond
+/// that of the constant step-over.
 fn saved(answer: &Answer) -> Option<f64> {
-    let rival = answer.constant.as_ref()?;
-    Some(100.0 * (1.0 - answer.varying.check.time_s / rival.program.check.time_s))
+    let (varying, rival) = (&answer.varying, &answer.constant.as_ref()?.program);
+    let no_worse = |of: &dyn Fn(&Program) -> f64, limit: f64| of(varying) <= limit.max(of(rival));
+    let sound = varying.check.events.is_empty()
+        && no_worse(&largest_n, HELD * answer.reference_n)
+        && !is_beyond(varying.plan.largest_scallop_mm(), answer.bounds.scallop_mm.max(rival.plan.largest_scallop_mm()));
+    sound.then_some(100.0 * (1.0 - varying.check.time_s / rival.check.time_s))
+}
+
+/// Largest force on passes, leads and links, N.
+fn largest_n(program: &Program) -> f64 {
+    program.check.largest_n.0.max(program.check.links_n.0)
 }
 
 /// The report as JSON.
@@ -239,7 +280,7 @@ pub fn stepover_json(answer: &Answer) -> String {
     let constant = answer.constant.as_ref().map(|rival| {
         let (step_over_mm, measured) = measured(rival.step);
         let feed_mm_min = mm_min_from_mm_s(rival.feed_mm_s);
-        ConstantSide { step_over_mm, measured, feed_mm_min, side: side(&rival.program, answer.bounds.scallop_mm, None) }
+        ConstantSide { step_over_mm, measured, feed_mm_min, side: side(&rival.program, answer, None) }
     });
     let report = Report {
         written_by: WRITTEN_BY,
@@ -248,7 +289,7 @@ pub fn stepover_json(answer: &Answer) -> String {
         reference_n: answer.reference_n,
         scallop_limit_mm: answer.bounds.scallop_mm,
         step_over_bounds_mm: [answer.bounds.least_mm, answer.bounds.largest_mm],
-        varying: side(varying, answer.bounds.scallop_mm, Some(answer.least_s)),
+        varying: side(varying, answer, Some(answer.least_s)),
         constant,
         saved_percent: saved(answer),
         price: Price { s_per_n: answer.prices[0], s_per_um: answer.prices[1] },
@@ -268,9 +309,25 @@ fn beyond_words(whole: &Side) -> String {
     }
 }
 
+/// The line on constant step-over. A saving is said only where both programs hold their limits.
+fn constant_words(rival: &Rival, answer: &Answer) -> String {
+    let (step_mm, measured) = measured(rival.step);
+    let passes = rival.program.plan.passes.iter().filter(|pass| !pass.stretches.is_empty()).count();
+    let comparison = match saved(answer) {
+        Some(percent) if percent < 0.0 => format!("varying takes {:.1} % more", -percent),
+        Some(percent) => format!("varying takes {percent:.1} % less"),
+        None => "not compared, as varying passes exceed force or scallop where these do not".into(),
+    };
+    let holds = if unmet(&rival.program, answer).is_empty() { "" } else { " (exceeds force or scallop too)" };
+    format!(
+        "constant  {step_mm:.3} mm {measured}{holds}: {}, {passes} passes; {comparison}\n",
+        clock(rival.program.check.time_s)
+    )
+}
+
 /// The report on the screen.
 pub fn stepover_words(answer: &Answer) -> String {
-    let whole = side(&answer.varying, answer.bounds.scallop_mm, Some(answer.least_s));
+    let whole = side(&answer.varying, answer, Some(answer.least_s));
     let mut text = String::new();
     for note in &answer.notes {
         let _ = writeln!(text, "note      {note}");
@@ -300,25 +357,24 @@ pub fn stepover_words(answer: &Answer) -> String {
         .map(|(name, percent)| format!("{name} {percent:.1} %"))
         .collect();
     let _ = writeln!(text, "bounds    {}", by.join(", "));
-    if let Some(simulated) = &whole.simulated {
+    let simulated = &whole.simulated;
+    let _ = writeln!(
+        text,
+        "simulated {} N at most on passes (line {}), 99 % of them below {} N, on leads and links {} N; reference {} N",
+        short(simulated.force_max_n),
+        simulated.force_max_line,
+        short(simulated.force_p99_n),
+        short(simulated.links_force_max_n),
+        short(answer.reference_n)
+    );
+    if simulated.force_bound_mm > 0.0 {
         let _ = writeln!(
             text,
-            "simulated {} N at most on passes (line {}), 99 % of them below {} N, on leads and links {} N; reference {} N",
-            short(simulated.force_max_n),
-            simulated.force_max_line,
-            short(simulated.force_p99_n),
-            short(simulated.links_force_max_n),
-            short(answer.reference_n)
+            "          where the force bounds the step-over: mean {:.1} % of the reference, within 10 % of it on {:.1} % of {} mm",
+            100.0 * simulated.mean_ratio,
+            simulated.within_10_percent,
+            short(simulated.force_bound_mm)
         );
-        if simulated.force_bound_mm > 0.0 {
-            let _ = writeln!(
-                text,
-                "          where the force bounds the step-over: mean {:.1} % of the reference, within 10 % of it on {:.1} % of {} mm",
-                100.0 * simulated.mean_ratio,
-                simulated.within_10_percent,
-                short(simulated.force_bound_mm)
-            );
-        }
     }
     let _ = writeln!(text, "scallop   {:.4} mm at most{}", whole.scallop_max_mm, beyond_words(&whole));
     if let Some(Left { shallower_than_deg, shallow_mm2, shallow_percent, strips_mm2 }) =
@@ -330,16 +386,8 @@ pub fn stepover_words(answer: &Answer) -> String {
              parallel passes there; and {strips_mm2:.1} mm2 of strips at its ends, narrower than a step"
         );
     }
-    if let (Some(rival), Some(percent)) = (&answer.constant, saved(answer)) {
-        let (step_mm, measured) = measured(rival.step);
-        let _ = writeln!(
-            text,
-            "constant  {step_mm:.3} mm {measured} keeps force and scallop everywhere: {}, {} passes; varying takes {:.1} % {}",
-            clock(rival.program.check.time_s),
-            rival.program.plan.passes.iter().filter(|pass| !pass.stretches.is_empty()).count(),
-            percent.abs(),
-            if percent < 0.0 { "more" } else { "less" }
-        );
+    if let Some(rival) = &answer.constant {
+        text += &constant_words(rival, answer);
     }
     let _ = writeln!(text, "prices    {:+.2} s per N, {:+.2} s per um of scallop", answer.prices[0], answer.prices[1]);
     for event in answer.varying.check.events.iter().take(5) {

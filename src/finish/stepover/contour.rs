@@ -239,7 +239,11 @@ fn spot_at(
     let feed_mm_s = required.fastest_mm_s(&line);
     let force_n = line.loads(feed_mm_s).force_xy_peak_n;
     let tip = Vec3::new(at[0], at[1], height_mm);
-    Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm: here.scallop_mm, limit, tip })
+    let before = match beside {
+        Beside::Pass(tip) => Some(tip),
+        Beside::Edge(_) => None,
+    };
+    Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm: here.scallop_mm, beside: before, limit, tip })
 }
 
 /// Allowed steps from a spot to the level below.

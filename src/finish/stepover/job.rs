@@ -6,12 +6,13 @@ use super::comparison;
 use super::drop::{Contact, Dropper};
 use super::earlier::Earlier;
 use super::layout::{Layout, PassArea};
-use super::passes::{self, Constant, Plan, Requirements};
+use super::passes::{self, Constant, Plan, Requirements, is_beyond};
 use super::path::{self, Drawing, Step};
 use super::reach::{Bounds, Place, ToolOnSurface};
 use super::shape::Shape;
 use super::surface::Surface;
 use super::text::{self, Head};
+use super::written;
 use crate::engage::EngageError;
 use crate::force::{Cutter, ForceError};
 use crate::machine::limits::FEED_CHANGE_MIN;
@@ -77,13 +78,13 @@ impl From<EngageError> for Refusal {
 /// A program with its plan and its simulation.
 #[derive(Debug, Clone)]
 pub struct Program {
-    /// Its passes.
+    /// Its passes, with the scallops of the written motions.
     pub plan: Plan,
     /// Its motions.
     pub steps: Vec<Step>,
     /// Its text.
     pub text: String,
-    /// Result of its simulation; for a rival only its times.
+    /// Result of its simulation.
     pub check: Check,
 }
 
@@ -107,7 +108,7 @@ pub struct Answer {
     pub rps: f64,
     /// Reference force, N.
     pub reference_n: f64,
-    /// Bounds of step-over and scallop.
+    /// Bounds of step-over and scallop as requested.
     pub bounds: Bounds,
     /// Passes of varying step-over.
     pub varying: Program,
@@ -200,6 +201,7 @@ pub fn run(
             "correct --least-step-over and --largest-step-over; the largest is the radius of the tool when absent",
         ));
     }
+    let below = below(ask)?;
     let material = job.material(tool).ok_or_else(|| {
         Refusal::new("the setup names no material", "give [stock] material, or a [material] table with coefficients")
     })?;
@@ -228,14 +230,6 @@ pub fn run(
     let places = pass_area.places((area / PLACES).sqrt());
     let thickest_mm = thickest(&on_surface, &places, most_mm)?;
     let required = Requirements { bounds, reference_n, feeds_mm_s, turn: ask.layout.turn(), constant: None };
-    let plan = pass_area.plan(&on_surface, &required);
-    if plan.passes.iter().all(|pass| pass.stretches.is_empty()) {
-        return Err(Refusal::new(
-            "no part of the surface can be machined from above with this tool",
-            "check the surface and the tool",
-        ));
-    }
-    notes.extend(within_reach(&plan, reference_n, &bounds)?);
     let said = format!(
         "FORCE {reference_n} N, SCALLOP {} MM, {}, LINES AND ARCS WITHIN {} MM",
         ask.scallop_mm,
@@ -253,31 +247,60 @@ pub fn run(
         stock_mm: thickest_mm,
         safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z + ABOVE_MM),
     };
-    let head = |notes: Vec<String>| Head {
-        dialect,
-        inch: job.machine.unsaid.inch.unwrap_or(job.inch),
-        tool: tool.number,
-        rps,
-        notes,
-    };
-    let write = |plan: &Plan, feed_mm_s: f64, notes: Vec<String>| -> Result<(Vec<Step>, String), Refusal> {
-        let mut steps = path::steps(plan, feed_mm_s, &dropper, &drawing);
-        let (sin, cos) = ask.layout.frame_rad().sin_cos();
+    let inch = job.machine.unsaid.inch.unwrap_or(job.inch);
+    let head = |notes: Vec<String>| Head { dialect, inch, tool: tool.number, rps, notes };
+    let frame_rad = ask.layout.frame_rad();
+    let draw = |plan: Plan, feed_mm_s: f64, notes: Vec<String>| {
+        let mut steps = path::steps(&plan, feed_mm_s, &dropper, &drawing);
+        let (sin, cos) = frame_rad.sin_cos();
         for step in &mut steps {
             for p in std::iter::once(&mut step.to).chain(&mut step.via) {
                 (p.x, p.y) = (cos * p.x - sin * p.y, sin * p.x + cos * p.y);
             }
         }
-        let text = hold(&text::program(&head(notes), &steps), &piece, reference_n)?;
-        Ok((steps, text))
+        let text = text::program(&head(notes), &steps);
+        let path = check::passes_of(&text, dialect, job, &steps);
+        Drawn { plan: written::with_scallops(&on_surface, plan, &path, frame_rad), steps, text }
     };
-    // Its feeds are set for the same force, so that the times are comparable.
-    let constant = pass_area.constant(&on_surface, &required, &plan).map(|(step, feed, plan)| {
-        let (steps, text) = write(&plan, feed, vec!["CONSTANT STEP-OVER FOR COMPARISON".into()])?;
-        let check = check::timed(&text, dialect, job);
-        Ok::<_, Refusal>(Rival { step, feed_mm_s: feed, program: Program { plan, steps, text, check } })
-    });
-    let constant = constant.transpose()?;
+    let top = required.feeds_mm_s.last().copied().unwrap_or(1.0);
+    let (mut varying, mut rival): (Option<Drawn>, Option<(Constant, f64, Drawn)>) = (None, None);
+    for below_mm in below {
+        let lower = Bounds { scallop_mm: ask.scallop_mm - below_mm, ..bounds };
+        let required = Requirements { bounds: lower, ..required.clone() };
+        let plan = pass_area.plan(&on_surface, &required);
+        let holds = |drawn: &Drawn| !is_beyond(drawn.plan.largest_scallop_mm(), ask.scallop_mm);
+        if !rival.as_ref().is_some_and(|(_, _, drawn)| holds(drawn)) {
+            let note = "CONSTANT STEP-OVER FOR COMPARISON";
+            rival = pass_area
+                .constant(&on_surface, &required, &plan)
+                .map(|(step, feed_mm_s, plan)| (step, feed_mm_s, draw(plan, feed_mm_s, vec![note.into()])));
+        }
+        if !varying.as_ref().is_some_and(holds) {
+            varying = Some(draw(plan, top, vec![said.clone()]));
+        }
+        if varying.as_ref().is_some_and(holds) && rival.as_ref().is_none_or(|(_, _, drawn)| holds(drawn)) {
+            break;
+        }
+    }
+    let varying = varying.filter(|drawn| drawn.plan.passes.iter().any(|pass| !pass.stretches.is_empty()));
+    let varying = varying.ok_or_else(|| {
+        Refusal::new(
+            "no part of the surface can be machined from above with this tool",
+            "check the surface and the tool",
+        )
+    })?;
+    notes.extend(within_reach(&varying.plan, reference_n, &bounds)?);
+    // Half the chord that the stock cuts off the tool.
+    let reach_mm = (2.0 * shape.radius_mm() * thickest_mm).sqrt();
+    // Its feeds are set for the same force and it is simulated alike, so that the two can be compared.
+    let finish = |Drawn { plan, steps, text }: Drawn| -> Result<Program, Refusal> {
+        let text = hold(&text, &piece, reference_n)?;
+        let check = check::check(&text, dialect, job, &piece, (&steps, reach_mm), reference_n)?;
+        Ok(Program { plan, steps, text, check })
+    };
+    let constant = rival
+        .map(|(step, feed_mm_s, drawn)| Ok::<_, Refusal>(Rival { step, feed_mm_s, program: finish(drawn)? }))
+        .transpose()?;
     let least = |required: &Requirements| pass_area.least_alike_s(&on_surface, &places, required);
     let least_s = [least(&required), comparison::least_of_any_s(&on_surface, &places, &required)];
     let more_force = Requirements { reference_n: (1.0 + PRICE) * reference_n, ..required.clone() };
@@ -287,12 +310,36 @@ pub fn run(
         (least(&more_force) - least_s[0]) / (PRICE * reference_n),
         (least(&more_scallop) - least_s[0]) / (PRICE * 1e3 * bounds.scallop_mm),
     ];
-    let top = required.feeds_mm_s.last().copied().unwrap_or(1.0);
-    let (steps, text) = write(&plan, top, vec![said])?;
-    let check = check::check(&text, dialect, job, &piece, &steps, reference_n)?;
-    let left_out = left_out.map(|left| LeftOut { strips_mm2: plan.strips_mm2, ..left });
-    let varying = Program { plan, steps, text, check };
+    let left_out = left_out.map(|left| LeftOut { strips_mm2: varying.plan.strips_mm2, ..left });
+    let varying = finish(varying)?;
     Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, left_out, notes })
+}
+
+/// Shares of the tolerance of lines and arcs by which the scallop limit of a plan is below the one that is asked for, tried in this order
+/// until the written passes hold that. Passes off the surface by the tolerance leave scallops higher by as much, but few are off by all of it.
+const BELOW: [f64; 3] = [0.25, 0.5, 1.0];
+
+/// How far the scallop limits of plans are below the one that is asked for, mm. An error if that leaves nothing.
+fn below(ask: &Request) -> Result<Vec<f64>, Refusal> {
+    let below = BELOW.map(|share| share * ask.tolerance_mm);
+    let leaves: Vec<f64> = below.into_iter().filter(|mm| *mm < ask.scallop_mm).collect();
+    if leaves.is_empty() {
+        return Err(Refusal::new(
+            format!(
+                "the scallop limit of {} mm leaves nothing beside lines and arcs within {} mm",
+                ask.scallop_mm, ask.tolerance_mm
+            ),
+            "lower --tolerance, or raise --scallop",
+        ));
+    }
+    Ok(leaves)
+}
+
+/// A plan with the scallops of the written passes, its motions, and their text before the feeds are set.
+struct Drawn {
+    plan: Plan,
+    steps: Vec<Step>,
+    text: String,
 }
 
 /// Area that passes of one height leave out, without strips; an error if that is everything.

@@ -31,6 +31,7 @@ pub mod steep;
 pub mod surface;
 pub mod text;
 pub mod touch;
+pub mod written;
 
 pub use job::{Answer, Refusal, Request, run};
 pub use layout::Layout;

@@ -78,6 +78,7 @@ mod tests {
             feed_mm_s: 1.0,
             force_n: 0.0,
             scallop_mm: 0.0,
+            beside: None,
             limit: StepLimit::Edge,
             tip: Vec3::new(at[0], at[1], height_mm),
         };

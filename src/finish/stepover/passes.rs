@@ -82,6 +82,15 @@ pub enum StepLimit {
     Edge,
 }
 
+/// Ratio of a scallop to its limit from which the limit counts as broken: the step-over is found to a thousandth of its
+/// range, the scallop of a ball grows with its square.
+const SCALLOP_SLACK: f64 = 1.02;
+
+/// Is a scallop beyond its limit?
+pub fn is_beyond(scallop_mm: f64, limit_mm: f64) -> bool {
+    scallop_mm > SCALLOP_SLACK * limit_mm
+}
+
 /// One place of a pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
@@ -95,6 +104,8 @@ pub struct Spot {
     pub force_n: f64,
     /// Scallop towards the pass before, mm.
     pub scallop_mm: f64,
+    /// Tip on the pass before, beside this one, mm; `None`: there is none.
+    pub beside: Option<Vec3>,
     /// What bounds it.
     pub limit: StepLimit,
     /// Tip, mm.
@@ -128,6 +139,12 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Largest scallop, mm.
+    pub fn largest_scallop_mm(&self) -> f64 {
+        let spots = self.passes.iter().flat_map(|pass| pass.stretches.iter().flatten());
+        spots.map(|spot| spot.scallop_mm).fold(0.0, f64::max)
+    }
+
     /// Length of the passes, mm.
     pub fn length_mm(&self) -> f64 {
         let stretches = self.passes.iter().flat_map(|pass| &pass.stretches);
@@ -436,6 +453,10 @@ fn pass_along(
             let tip = on_surface.dropper.drop([at[0], y])?.tip_mm;
             Some((Beside::Pass(Vec3::new(at[0], y, tip)), curve[i] - y))
         });
+        let before = match beside {
+            Some((Beside::Pass(tip), _)) => Some(tip),
+            _ => None,
+        };
         let contact = on_surface.dropper.drop([at[0], from])?;
         let (beside, step_mm) = beside.unwrap_or((Beside::Edge(contact.point - 1e-3 * Vec3::y()), 0.0));
         let here = on_surface.here(at, ahead[i], beside)?;
@@ -444,7 +465,7 @@ fn pass_along(
         let force_n = line.loads(feed_mm_s).force_xy_peak_n;
         let limit = if step_mm > 0.0 { limits[i] } else { StepLimit::Edge };
         let scallop_mm = here.scallop_mm;
-        Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm, limit, tip: here.tip })
+        Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm, beside: before, limit, tip: here.tip })
     };
     let spots: Vec<Option<Spot>> = (0..curve.len()).into_par_iter().map(spot).collect();
     let mut stretches: Vec<Vec<Spot>> = Vec::new();

@@ -41,6 +41,9 @@ pub const CLEAR_MM: f64 = 0.5;
 const LEAD_LINES: usize = 6;
 /// Spacing of points along a pass before lines and arcs are fitted, mm; at most a tenth of the tool radius.
 const FINE_MM: f64 = 0.2;
+/// Share of the tolerance by which a path may deviate from the chords between its points; lines and arcs are fitted to
+/// the points within what is left of it.
+const SAMPLED: f64 = 0.2;
 /// Depth below the surface, over the tolerance, from which a point of a pass of one height is lifted.
 const OFF_LEVEL: f64 = 0.2;
 /// Length of a link, in tool radii, from which it runs at rapid.
@@ -79,9 +82,9 @@ struct Piece {
 /// A stretch as lines and arcs within the tolerance, each with what bounds the pass at its end; the first is where it
 /// begins.
 fn line(pass: &Pass, stretch: &[Spot], dropper: &Dropper, drawing: &Drawing) -> Vec<Piece> {
-    let mut points = match pass.level_mm {
-        None => finely(stretch, dropper),
-        Some(level_mm) => finely_level(stretch, level_mm, dropper, drawing.tolerance_mm),
+    let (mut points, left) = match pass.level_mm {
+        None => (finely(stretch, dropper, drawing.tolerance_mm), 1.0 - SAMPLED),
+        Some(level_mm) => (finely_level(stretch, level_mm, dropper, drawing.tolerance_mm), 1.0 - SAMPLED - OFF_LEVEL),
     };
     if pass.back {
         points.reverse();
@@ -89,29 +92,52 @@ fn line(pass: &Pass, stretch: &[Spot], dropper: &Dropper, drawing: &Drawing) -> 
     let places: Vec<Vec3> = points.iter().map(|(at, _)| *at).collect();
     let first = points.first().map(|(to, limit)| Piece { to: *to, via: None, limit: *limit });
     let part = |part: Part| Piece { to: points[part.to].0, via: part.via, limit: points[part.to].1 };
-    first.into_iter().chain(fit(&places, drawing.tolerance_mm, drawing.arcs).into_iter().map(part)).collect()
+    first.into_iter().chain(fit(&places, left * drawing.tolerance_mm, drawing.arcs).into_iter().map(part)).collect()
 }
 
-/// Points of the tip between the spots.
-fn finely(stretch: &[Spot], dropper: &Dropper) -> Vec<(Vec3, StepLimit)> {
+/// Points of the tip between the spots, so close that the path deviates from its chords by less than [`SAMPLED`] of the
+/// tolerance.
+fn finely(stretch: &[Spot], dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, StepLimit)> {
     let fine = FINE_MM.min(0.1 * dropper.shape().radius_mm());
-    let mut points: Vec<(Vec3, StepLimit)> = Vec::new();
-    for (k, two) in stretch.windows(2).enumerate() {
+    let Some(first) = stretch.first() else { return Vec::new() };
+    let mut points: Vec<(Vec3, StepLimit)> = vec![(tip_at(first.at, first.tip.z, dropper), first.limit)];
+    for two in stretch.windows(2) {
         let [a, b] = [two[0], two[1]];
         let parts = ((b.at[0] - a.at[0]).hypot(b.at[1] - a.at[1]) / fine).ceil().max(1.0) as usize;
-        for part in usize::from(k > 0)..=parts {
+        for part in 1..=parts {
             let t = part as f64 / parts as f64;
             let p = [0, 1].map(|axis| a.at[axis] + t * (b.at[axis] - a.at[axis]));
             let known = if t < 0.5 { &a } else { &b };
-            let tip = dropper.drop(p).map_or(known.tip.z, |contact| contact.tip_mm);
-            points.push((Vec3::new(p[0], p[1], tip), known.limit));
+            let (from, to) = (points[points.len() - 1].0, tip_at(p, known.tip.z, dropper));
+            let mut between = Vec::new();
+            closer([from, to], dropper, SAMPLED * tolerance_mm, &mut between);
+            between.push(to);
+            points.extend(between.into_iter().map(|at| (at, known.limit)));
         }
     }
     points
 }
 
-/// Points of a pass of one height between the spots, so close that the curve deviates from its chords by less than half
-/// the tolerance.
+/// The tip at a place, at the height `known_mm` off the surface.
+fn tip_at(p: [f64; 2], known_mm: f64, dropper: &Dropper) -> Vec3 {
+    Vec3::new(p[0], p[1], dropper.drop(p).map_or(known_mm, |contact| contact.tip_mm))
+}
+
+/// Points of the path between two of its points, by repeated halving, until it deviates from its chords by no more than
+/// `within_mm`, or over an edge until they are as close together.
+fn closer([from, to]: [Vec3; 2], dropper: &Dropper, within_mm: f64, out: &mut Vec<Vec3>) {
+    let chord = 0.5 * (from + to);
+    let middle = tip_at([chord.x, chord.y], chord.z, dropper);
+    if (middle - chord).norm() <= within_mm || (to - from).xy().norm() <= within_mm {
+        return;
+    }
+    closer([from, middle], dropper, within_mm, out);
+    out.push(middle);
+    closer([middle, to], dropper, within_mm, out);
+}
+
+/// Points of a pass of one height between the spots, so close that the curve deviates from its chords by less than
+/// [`SAMPLED`] of the tolerance.
 fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, StepLimit)> {
     let fine = FINE_MM.min(0.1 * dropper.shape().radius_mm());
     let place = |p: [f64; 2]| {
@@ -138,7 +164,7 @@ fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm
 }
 
 /// Points of a level curve between two of its points, by repeated halving: `often` times, and further while the
-/// deviation from the chord is more than half the tolerance, as in a corner.
+/// deviation from the chord is more than [`SAMPLED`] of the tolerance, as in a corner.
 fn halve(
     ends: [[f64; 2]; 2],
     (level_mm, dropper): (f64, &Dropper),
@@ -150,7 +176,7 @@ fn halve(
     let chord = [0, 1].map(|axis| 0.5 * (a[axis] + b[axis]));
     // Within half the chord, so that both halves are shorter than it and the halving ends.
     let Some(middle) = onto(dropper, chord, level_mm, 0.5 * apart) else { return };
-    let bends = (middle[0] - chord[0]).hypot(middle[1] - chord[1]) > 0.5 * tolerance_mm;
+    let bends = (middle[0] - chord[0]).hypot(middle[1] - chord[1]) > SAMPLED * tolerance_mm;
     if often == 0 && (!bends || apart < tolerance_mm) {
         return;
     }

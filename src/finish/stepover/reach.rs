@@ -91,15 +91,28 @@ impl ToolOnSurface<'_> {
         let contact = self.dropper.drop(p)?;
         let tip = Vec3::new(p[0], p[1], contact.tip_mm);
         let tangent = along(&contact.normal, heading);
-        let ground = Ground {
+        let section = Section::new(shape, tip, tangent, &self.ground(p, &contact, heading), beside);
+        Some(ToolAt { contact, tip, tangent, scallop_mm: section.scallop_mm(), section })
+    }
+
+    /// Surface and stock under the tool at a place, with a horizontal heading.
+    fn ground(&self, p: [f64; 2], contact: &Contact, heading: [f64; 2]) -> Ground {
+        Ground {
             contact: contact.point,
             normal: contact.normal,
-            curvature_per_mm: self.curvature(p, &contact, &tangent),
-            stock_mm: (self.stock_mm)(&contact),
-            turn_per_mm: if self.one_height { self.turn(p, &contact, heading) } else { 0.0 },
-        };
-        let section = Section::new(shape, tip, tangent, &ground, beside);
-        Some(ToolAt { contact, tip, tangent, scallop_mm: section.scallop_mm(), section })
+            curvature_per_mm: self.curvature(p, contact, &along(&contact.normal, heading)),
+            stock_mm: (self.stock_mm)(contact),
+            turn_per_mm: if self.one_height { self.turn(p, contact, heading) } else { 0.0 },
+        }
+    }
+
+    /// Scallop over the surface at a place, mm, that the tool leaves with its tip at the first point beside a pass with its
+    /// tip at the second; neither need rest on the surface. `None` off the surface.
+    pub fn scallop_between_mm(&self, p: [f64; 2], heading: [f64; 2], [tip, before]: [Vec3; 2]) -> Option<f64> {
+        let contact = self.dropper.drop(p)?;
+        let (ground, tangent) = (self.ground(p, &contact, heading), along(&contact.normal, heading));
+        let rests = Vec3::new(p[0], p[1], contact.tip_mm);
+        Some(Section::new(self.dropper.shape(), tip, tangent, &ground, Beside::Pass(before)).scallop_off_mm(rests))
     }
 
     /// Loads there as functions of feed.

@@ -241,9 +241,32 @@ impl Section {
         let Near::Pass(before) = self.beside else { return 0.0 };
         let centre = self.tip + self.shape.corner_mm * Vec3::z();
         let here = self.across.map(|e| centre.dot(&e));
-        let cusp =
-            if self.shape.flat_mm > 0.0 { self.widened_cusp(here, before) } else { self.ball_cusp(here, before) };
-        cusp.map_or(f64::INFINITY, |q| self.above(q).max(0.0))
+        self.cusp(here, before).map_or(f64::INFINITY, |q| self.above(q).max(0.0))
+    }
+
+    /// The same where neither pass need rest on the surface; `rests`: a tip that does. Between its contact and that of the
+    /// neighbouring pass the lower of the two curves is the surface left. Where they do not intersect there, one of two close
+    /// passes is deeper all the way, and what is left is as high as that one, not as the intersection far beside them.
+    pub fn scallop_off_mm(&self, rests: Vec3) -> f64 {
+        let Near::Pass(before) = self.beside else { return 0.0 };
+        let corner = self.shape.corner_mm * Vec3::z();
+        let [rests, here] = [rests, self.tip].map(|tip| self.across.map(|e| (tip + corner).dot(&e)));
+        let contact = |centre: [f64; 2]| [0, 1].map(|k| self.contact[k] + centre[k] - rests[k]);
+        let aside = |q: [f64; 2]| self.normal[1] * q[0] - self.normal[0] * q[1];
+        let ends = [contact(here), contact(before)];
+        let Some(cusp) = self.cusp(here, before) else { return f64::INFINITY };
+        let is_between = (aside(cusp) - aside(ends[0])) * (aside(cusp) - aside(ends[1])) <= 0.0;
+        let left = if is_between {
+            self.above(cusp)
+        } else {
+            ends.map(|end| self.above(end)).into_iter().fold(f64::INFINITY, f64::min)
+        };
+        left.max(0.0)
+    }
+
+    /// Where the curves of the two passes intersect.
+    fn cusp(&self, here: [f64; 2], before: [f64; 2]) -> Option<[f64; 2]> {
+        if self.shape.flat_mm > 0.0 { self.widened_cusp(here, before) } else { self.ball_cusp(here, before) }
     }
 
     /// Where the two circles of a ball intersect, on the side of the surface.
@@ -313,6 +336,28 @@ pub fn ball_scallop_mm(r: f64, curvature_per_mm: f64, apart_mm: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Passes on a plane, one of them off it: the closed form of two circles; close together what the deeper one leaves.
+    #[test]
+    fn scallops_of_passes_off_the_surface_are_those_between_them() {
+        let (r, off, ground) = (3.0, 0.002, plane(0.0, 0.0));
+        let scallop = |shape: Shape, step: f64, [here, before]: [f64; 2]| {
+            let (tip, beside) = (Vec3::new(0.0, 0.0, here), Beside::Pass(Vec3::new(0.0, -step, before)));
+            Section::new(shape, tip, Vec3::x(), &ground, beside).scallop_off_mm(Vec3::zeros())
+        };
+        let ball = Shape::ball(r);
+        let step = 0.4;
+        let apart = f64::hypot(step, off);
+        let expected = r + 0.5 * off - (r * r - 0.25 * apart * apart).sqrt() * step / apart;
+        for heights in [[off, 0.0], [0.0, off]] {
+            assert!((scallop(ball, step, heights) - expected).abs() < 1e-9, "{heights:?}");
+        }
+        for shape in [ball, Shape { flat_mm: 1.5, corner_mm: 1.5 }] {
+            assert!((scallop(shape, 0.003, [off, 0.0])).abs() < 1e-12, "{shape:?}");
+            assert!((scallop(shape, 0.003, [2.0 * off, off]) - off).abs() < 1e-9, "{shape:?}");
+        }
+        assert!(scallop(ball, 6.1, [0.0; 2]).is_infinite());
+    }
 
     fn plane(slope_rad: f64, curvature_per_mm: f64) -> Ground {
         let normal = Vec3::new(0.0, -slope_rad.sin(), slope_rad.cos());

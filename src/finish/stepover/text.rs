@@ -28,6 +28,9 @@ pub struct Head {
     pub notes: Vec<String>,
 }
 
+/// Digits of a coordinate behind the point: mm, inch.
+const DIGITS: [usize; 2] = [3, 4];
+
 /// Are arcs in this plane written? On Siemens controls a plane other than XY changes the axis of the tool length, and
 /// Heidenhain plain language has no arcs in it.
 pub fn has_arcs(dialect: Dialect, plane: Plane) -> bool {
@@ -233,7 +236,8 @@ impl Writer<'_> {
 
     /// A length in the unit of the program.
     fn value(&self, mm: f64) -> String {
-        if self.head.inch { number(mm / MM_PER_INCH, 4) } else { number(mm, 3) }
+        let per_unit = if self.head.inch { MM_PER_INCH } else { 1.0 };
+        number(mm / per_unit, DIGITS[usize::from(self.head.inch)])
     }
 
     /// The coordinates that differ from those last written.
