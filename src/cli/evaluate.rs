@@ -14,6 +14,7 @@ use crate::learn::dataset::table_data::data;
 use crate::learn::diagnose::Options;
 use crate::learn::evaluate::{Evaluation, of_data, of_log};
 use crate::learn::session::LogOptions;
+use crate::machine::Job;
 use crate::report::Outcome;
 use crate::report::evaluate_json::evaluate_json;
 use crate::report::learn::evaluate_words;
@@ -48,7 +49,7 @@ pub fn evaluate(command: &Evaluate, global: &Global, screen: Screen) -> Result<O
     let json = open(&mut outputs, command.common.json(), Kind::Json)?;
     let found = match &command.log {
         Some(log) => on_log(command, log, global, screen)?,
-        None => on_table(command)?,
+        None => on_table(command, screen)?,
     };
     finish(screen, outputs, json, &evaluate_json(&found), None, None, &evaluate_words(&found))
 }
@@ -57,10 +58,7 @@ fn on_log(command: &Evaluate, log: &Path, global: &Global, screen: Screen) -> Re
     let source = input::program(&command.input)?;
     let bytes = input::file(log)?;
     let mut job = input::setup(command.common.setup(), &source, global)?.job;
-    job.process = model_file(&command.held)?;
-    for told in learned::apply(&mut job) {
-        screen.say(&format!("{} = {} ({})\n", told.key, told.value, told.source));
-    }
+    with_model(&mut job, &command.held, screen)?;
     let options = LogOptions {
         mapping: mapping_or(command.map.columns.as_deref(), &job)?,
         sample: sample(command.samples.sample),
@@ -73,7 +71,16 @@ fn on_log(command: &Evaluate, log: &Path, global: &Global, screen: Screen) -> Re
     found.map_err(|error| refused(&error, log))
 }
 
-fn on_table(command: &Evaluate) -> Result<Evaluation, CliError> {
+/// Puts a model file into a job. What happened once, in the log it was learned from, is left out, and that is said.
+fn with_model(job: &mut Job, model: &Path, screen: Screen) -> Result<(), CliError> {
+    job.process = model_file(model)?;
+    for told in learned::apply(job) {
+        screen.say(&format!("{} = {} ({})\n", told.key, told.value, told.source));
+    }
+    Ok(())
+}
+
+fn on_table(command: &Evaluate, screen: Screen) -> Result<Evaluation, CliError> {
     let bytes = input::file(&command.input)?;
     let setup = command.common.setup().ok_or_else(|| {
         CliError::new(
@@ -82,7 +89,7 @@ fn on_table(command: &Evaluate) -> Result<Evaluation, CliError> {
         )
     })?;
     let mut job = load_for_table(setup)?;
-    job.process = model_file(&command.held)?;
+    with_model(&mut job, &command.held, screen)?;
     let of = |error| refused(&error, &command.input);
     let (frame, table) = steady(&bytes, command.map.columns.as_deref(), Some(&job)).map_err(|e| of(e.into()))?;
     let efficiency = efficiency(Some(&job));

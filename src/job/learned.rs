@@ -5,7 +5,7 @@
 //! change a cut. An accident in the log (a chipped edge) will not happen again and is left out, unless it holds from the beginning of the log on:
 //! then it cannot be told from something permanent.
 
-use crate::effects::unnamed::CURVES;
+use crate::effects::unnamed::{CURVES, FACTOR};
 use crate::effects::{Acts, Change, Covariate, Effect, Excess, Multiplies, Place, State, named};
 use crate::machine::material::EffectUse;
 use crate::machine::{Job, Stock, StockShape};
@@ -118,6 +118,9 @@ const DRIVE: &str = "until the setup says what the drive loses (machine.spindle.
 
 /// An accident that is known for one: what is taken out, and what that asks for.
 fn sound_tool(used: &EffectUse) -> String {
+    if CURVES.iter().any(|(_, effect)| effect.name == used.name) {
+        return format!("left out, nothing foretells it for another run: {} at its own times", more(used));
+    }
     format!(
         "left out, it happened once: these are the loads of a sound tool, so put one in; the old one takes {}",
         more(used)
@@ -132,10 +135,14 @@ fn until_parted(used: &EffectUse) -> String {
     )
 }
 
-/// The largest of its jumps.
+/// What it adds at most: the largest of its jumps, or of the factors of a curve less one.
 fn more(used: &EffectUse) -> String {
-    let jumps = used.parameters.iter().filter(|(name, _)| name.starts_with("jump")).map(|(_, value)| *value);
-    format!("up to {:.0} % more", 100.0 * jumps.fold(0.0, f64::max))
+    let jump = |(name, value): &(String, f64)| match name {
+        _ if name.starts_with("jump") => Some(*value),
+        _ if name.starts_with(FACTOR) => Some(value - 1.0),
+        _ => None,
+    };
+    format!("up to {:.0} % more", 100.0 * used.parameters.iter().filter_map(jump).fold(0.0, f64::max))
 }
 
 /// Does its instant lie at the beginning of the program?
@@ -283,6 +290,15 @@ mod tests {
         let mut job = job("edge-chipping", &[("jump_cutting", 0.2), ("jump_edge", 0.3), ("time", 100.0)]);
         let said = apply(&mut job);
         assert!(said[0].value.contains("put one in; the old one takes up to 30 % more"), "{said:?}");
+        assert!(job.process.effects.is_empty());
+    }
+
+    #[test]
+    fn a_curve_over_the_time_of_another_log_is_left_out() {
+        let mut job =
+            job("unnamed-load-time", &[("at_1", 10.0), ("factor_1", 0.9), ("at_2", 90.0), ("factor_2", 1.25)]);
+        let said = apply(&mut job);
+        assert!(said[0].value.contains("left out, nothing foretells it for another run: up to 25 % more"), "{said:?}");
         assert!(job.process.effects.is_empty());
     }
 
