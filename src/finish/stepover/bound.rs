@@ -13,11 +13,15 @@
 //!   the distance from ρ* of the s of the rectangle, and not more than ρ* − a, the part of it beyond the flat. (To move ρ by δ towards ρ*
 //!   costs g·δ and saves less: the derivative of the last term is at most (ρ* − a)/r < g.)
 
+//!
+//! Bounds are stored and compared in single precision, so that a node fills one line of the cache. Its errors, at most a few 2⁻²⁴ of the numbers
+//! involved, are within the allowance [`ROUNDING`], by which the rectangle is wider and the plane higher.
+
 use super::shape::Shape;
 use crate::path::Vec3;
 
-/// Allowance for rounding, mm.
-const SLACK_MM: f64 = 1e-9;
+/// Allowance for rounding, of the coordinates: 64 units in the last place.
+const ROUNDING: f64 = 4e-6;
 /// Largest slope of the plane; for steeper triangles a level one is used, as any plane above the corners is a bound.
 const STEEPEST: f64 = 20.0;
 
@@ -25,22 +29,50 @@ const STEEPEST: f64 = 20.0;
 #[derive(Debug, Clone, Copy)]
 pub struct Bound {
     /// Unit vector uphill.
-    uphill: [f64; 2],
+    uphill: [f32; 2],
     /// Least and greatest s and t from the origin, mm.
-    low: [f64; 2],
-    high: [f64; 2],
+    low: [f32; 2],
+    high: [f32; 2],
     /// g.
-    slope: f64,
+    slope: f32,
     /// Height of the plane at the origin, mm.
-    level: f64,
+    level: f32,
     /// See the head of the file, mm.
-    lift: f64,
+    lift: f32,
     /// ρ*, mm.
-    contact: f64,
+    contact: f32,
+}
+
+/// What is the same for all bounds of a tool.
+#[derive(Debug, Clone, Copy)]
+pub struct OfTool {
+    /// a, mm.
+    flat: f32,
     /// 1/2r, 1/mm; 0 without a corner radius.
-    half_curvature: f64,
+    half_curvature: f32,
     /// 1/2R, 1/mm; 0 for a ball.
-    per_reach: f64,
+    per_reach: f32,
+    /// R², mm².
+    reach_squared: f32,
+}
+
+impl OfTool {
+    /// Of an end.
+    pub fn new(shape: Shape) -> Self {
+        let Shape { flat_mm: a, corner_mm: r } = shape;
+        let per = |mm: f64| (1.0 - ROUNDING) * 0.5 / mm;
+        Self {
+            flat: a as f32,
+            half_curvature: if r > 0.0 { per(r) as f32 } else { 0.0 },
+            per_reach: if a > 0.0 { per(shape.radius_mm()) as f32 } else { 0.0 },
+            reach_squared: ((1.0 + ROUNDING) * shape.radius_mm().powi(2)) as f32,
+        }
+    }
+}
+
+/// A height not above this one.
+pub fn below(tip_mm: f64) -> f32 {
+    (tip_mm - ROUNDING * tip_mm.abs()) as f32
 }
 
 impl Bound {
@@ -53,60 +85,59 @@ impl Bound {
         let normal = triangles.clone().fold(Vec3::zeros(), facing);
         let level = normal.x.hypot(normal.y);
         let is_steep = level > STEEPEST * normal.z;
-        let slope = if is_steep { 0.0 } else { level / normal.z };
+        // Any plane above the corners is a bound, so its slope and direction may be rounded first.
+        let slope = if is_steep { 0.0 } else { (level / normal.z) as f32 };
         let uphill = if slope > 0.0 { [-normal.x / level, -normal.y / level] } else { [1.0, 0.0] };
+        let uphill = uphill.map(|x| x as f32);
+        let g = f64::from(slope);
         let (mut low, mut high, mut top) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2], f64::NEG_INFINITY);
         for corner in triangles.flatten() {
-            let at = along(uphill, [corner.x, corner.y]);
+            let [ux, uy] = uphill.map(f64::from);
+            let at = [corner.x * ux + corner.y * uy, corner.y * ux - corner.x * uy];
             for axis in [0, 1] {
                 low[axis] = low[axis].min(at[axis]);
                 high[axis] = high[axis].max(at[axis]);
             }
-            top = top.max(corner.z - slope * at[0]);
+            top = top.max(corner.z - g * at[0]);
         }
-        let secant = slope.hypot(1.0);
+        let secant = g.hypot(1.0);
         let Shape { flat_mm: a, corner_mm: r } = shape;
+        let farthest = low.into_iter().chain(high).fold(1.0, |far: f64, x| far.max(x.abs()));
+        let wider = ROUNDING * (farthest + shape.radius_mm());
         Self {
             uphill,
-            low,
-            high,
+            low: low.map(|x| (x - wider) as f32),
+            high: high.map(|x| (x + wider) as f32),
             slope,
-            level: top + SLACK_MM,
-            lift: r * (secant - 1.0) + a * slope,
-            contact: a + r * slope / secant,
-            half_curvature: if r > 0.0 { 0.5 / r } else { 0.0 },
-            per_reach: if a > 0.0 { 0.5 / shape.radius_mm() } else { 0.0 },
+            level: (top + ROUNDING * top.abs() + wider * (1.0 + 2.0 * g)) as f32,
+            lift: (r * (secant - 1.0) + a * g) as f32,
+            contact: (a + r * g / secant) as f32,
         }
     }
 
     /// Upper bound of the tip at `p`, mm; minus infinity if it is known quickly to be at most `known_mm`.
     #[inline]
-    pub fn at(&self, p: [f64; 2], shape: Shape, known_mm: f64) -> f64 {
-        let [s, t] = along(self.uphill, p);
+    pub fn at(&self, p: [f32; 2], tool: &OfTool, known_mm: f32) -> f32 {
+        let s = p[0] * self.uphill[0] + p[1] * self.uphill[1];
+        let t = p[1] * self.uphill[0] - p[0] * self.uphill[1];
         let under = self.level + self.slope * s;
         if under + self.lift <= known_mm {
-            return f64::NEG_INFINITY;
+            return f32::NEG_INFINITY;
         }
         let (from, to) = (self.low[0] - s, self.high[0] - s);
         let aside = (self.low[1] - t).max(t - self.high[1]).max(0.0);
-        let (reach, ahead) = (shape.radius_mm(), from.max(-to).max(0.0));
-        if ahead * ahead + aside * aside > reach * reach + SLACK_MM {
-            return f64::NEG_INFINITY;
+        let ahead = from.max(-to).max(0.0);
+        if ahead * ahead + aside * aside > tool.reach_squared {
+            return f32::NEG_INFINITY;
         }
         let off = (from - self.contact).max(self.contact - to).max(0.0);
-        let less = if shape.flat_mm == 0.0 {
-            (off * off + aside * aside) * self.half_curvature
+        let less = if tool.flat == 0.0 {
+            (off * off + aside * aside) * tool.half_curvature
         } else {
-            let longer = aside * aside * self.per_reach;
-            let short = (off.min(self.contact - shape.flat_mm) - longer).max(0.0);
-            self.slope * longer + short * short * self.half_curvature
+            let longer = aside * aside * tool.per_reach;
+            let short = (off.min(self.contact - tool.flat) - longer).max(0.0);
+            self.slope * longer + short * short * tool.half_curvature
         };
         under + (self.lift - less).min(self.slope * to)
     }
-}
-
-/// Coordinates of a place uphill and across.
-#[inline]
-fn along(uphill: [f64; 2], p: [f64; 2]) -> [f64; 2] {
-    [p[0] * uphill[0] + p[1] * uphill[1], p[1] * uphill[0] - p[0] * uphill[1]]
 }

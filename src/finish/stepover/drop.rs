@@ -4,7 +4,7 @@
 //! The triangles form a binary tree; each node has an upper bound of the tip height ([`Bound`]). The child with the
 //! higher bound is visited first; nodes whose bound is below the contact found so far are skipped (branch and bound).
 
-use super::bound::Bound;
+use super::bound::{Bound, OfTool, below};
 use super::shape::Shape;
 use super::surface::{HOLLOW, RIM_CORNER, RIM_EDGE, STEEP, Surface};
 use super::touch::{Facet, Feature, Touched};
@@ -42,6 +42,7 @@ pub struct Dropper<'a> {
     /// The triangles and their bounds in that order.
     facets: Vec<Facet>,
     leaves: Vec<Bound>,
+    of_tool: OfTool,
     /// Which of their edges are tested for contact.
     kept: Vec<[bool; 3]>,
     nodes: Vec<Node>,
@@ -95,7 +96,7 @@ impl<'a> Dropper<'a> {
         let facets = order.iter().map(|k| Facet::new(&surface.triangles[*k as usize], shape)).collect();
         let kept =
             order.iter().map(|k| [0, 1, 2].map(|edge| surface.marks[*k as usize] & HOLLOW << edge == 0)).collect();
-        Self { surface, shape, order, facets, leaves, kept, nodes, parents }
+        Self { surface, shape, order, facets, leaves, of_tool: OfTool::new(shape), kept, nodes, parents }
     }
 
     /// Shape of the tool.
@@ -119,7 +120,11 @@ impl<'a> Dropper<'a> {
             return best;
         };
         best.leaf = guess.leaf;
-        best.take(self.facets[k as usize].touch(p, self.shape, self.kept[k as usize]), k, guess.leaf);
+        best.take(
+            self.facets[k as usize].touch(p, self.shape, self.kept[k as usize], f64::NEG_INFINITY),
+            k,
+            guess.leaf,
+        );
         let mut at = guess.leaf;
         self.descend(p, at, &mut best);
         while at > 0 {
@@ -132,24 +137,26 @@ impl<'a> Dropper<'a> {
 
     /// Searches for a higher contact below a node.
     fn descend(&self, p: [f64; 2], from: u32, best: &mut Best) {
-        let shape = self.shape;
-        let Some(start) = self.nodes.get(from as usize).filter(|_| !self.order.is_empty()) else { return };
-        let (mut stack, mut depth) = ([(0.0, 0u32); 64], 1);
-        stack[0] = (start.bound.at(p, shape, best.tip_mm), from);
+        let at = p.map(|x| x as f32);
+        let bound = |k: usize, best: &Best| self.nodes[k].bound.at(at, &self.of_tool, below(best.tip_mm));
+        if self.order.is_empty() {
+            return;
+        }
+        let (mut stack, mut depth) = ([(0.0f32, 0u32); 64], 1);
+        stack[0] = (bound(from as usize, best), from);
         while depth > 0 {
             depth -= 1;
-            let (bound, index) = stack[depth];
-            if bound <= best.tip_mm {
+            let (highest_mm, index) = stack[depth];
+            if f64::from(highest_mm) <= best.tip_mm {
                 continue;
             }
             let node = &self.nodes[index as usize];
             let first = node.first as usize;
             if node.count == 0 {
-                let [a, b] =
-                    [0, 1].map(|k| (self.nodes[first + k].bound.at(p, shape, best.tip_mm), (first + k) as u32));
+                let [a, b] = [first, first + 1].map(|k| (bound(k, best), k as u32));
                 let (less, more) = if a.0 < b.0 { (a, b) } else { (b, a) };
                 for child in [less, more] {
-                    if child.0 > best.tip_mm {
+                    if f64::from(child.0) > best.tip_mm {
                         stack[depth] = child;
                         depth += 1;
                     }
@@ -163,18 +170,19 @@ impl<'a> Dropper<'a> {
     /// Touches the triangles of a leaf, the one with the highest bound first.
     #[inline]
     fn visit(&self, p: [f64; 2], triangles: Range<usize>, leaf: u32, best: &mut Best) {
-        let mut bounds = [f64::NEG_INFINITY; LEAF];
+        let (at, known_mm) = (p.map(|x| x as f32), below(best.tip_mm));
+        let mut bounds = [f32::NEG_INFINITY; LEAF];
         for (bound, k) in bounds.iter_mut().zip(triangles.clone()) {
-            *bound = self.leaves[k].at(p, self.shape, best.tip_mm);
+            *bound = self.leaves[k].at(at, &self.of_tool, known_mm);
         }
         loop {
             let highest = (1..LEAF).fold(0, |most, k| if bounds[k] > bounds[most] { k } else { most });
-            if bounds[highest] <= best.tip_mm {
+            if f64::from(bounds[highest]) <= best.tip_mm {
                 return;
             }
-            bounds[highest] = f64::NEG_INFINITY;
+            bounds[highest] = f32::NEG_INFINITY;
             let k = triangles.start + highest;
-            best.take(self.facets[k].touch(p, self.shape, self.kept[k]), k as u32, leaf);
+            best.take(self.facets[k].touch(p, self.shape, self.kept[k], best.tip_mm), k as u32, leaf);
         }
     }
 
@@ -343,7 +351,10 @@ mod tests {
             let dropper = Dropper::new(&cloud, shape);
             for k in 0..400 {
                 let p = [f64::from(k % 20) + 0.31, f64::from(k / 20) + 0.17];
-                let every = cloud.triangles.iter().filter_map(|t| Facet::new(t, shape).touch(p, shape, [true; 3]));
+                let every = cloud
+                    .triangles
+                    .iter()
+                    .filter_map(|t| Facet::new(t, shape).touch(p, shape, [true; 3], f64::NEG_INFINITY));
                 let expected = every.map(|touched| touched.tip_mm).reduce(f64::max);
                 assert_eq!(dropper.drop(p).map(|found| found.tip_mm), expected, "{shape:?} {p:?}");
             }
@@ -378,7 +389,10 @@ mod tests {
             for shape in SHAPES {
                 let dropper = Dropper::new(&sheet, shape);
                 for (p, found) in places.iter().zip(dropper.drop_all(&places)) {
-                    let every = sheet.triangles.iter().filter_map(|t| Facet::new(t, shape).touch(*p, shape, [true; 3]));
+                    let every = sheet
+                        .triangles
+                        .iter()
+                        .filter_map(|t| Facet::new(t, shape).touch(*p, shape, [true; 3], f64::NEG_INFINITY));
                     let expected = every.map(|touched| touched.tip_mm).fold(f64::NEG_INFINITY, f64::max);
                     let found = found.map_or(f64::NEG_INFINITY, |found| found.tip_mm);
                     let alone = dropper.drop(*p).map_or(f64::NEG_INFINITY, |found| found.tip_mm);

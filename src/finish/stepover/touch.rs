@@ -66,27 +66,39 @@ impl Facet {
         Self { corners: *corners, normal, left, uphill: [-out * normal.x, -out * normal.y] }
     }
 
-    /// Contact of a tool above `p`; only edges that are `kept` are tested.
+    /// Contact of a tool above `p`; only edges that are `kept` are tested. `None` too where the tip is at most `known_mm`: nowhere on the plane
+    /// of the facet is it higher than at the contact with that, and of a ball it is lower by d²/2r at a distance d from there.
     #[inline]
-    pub fn touch(&self, p: [f64; 2], shape: Shape, kept: [bool; 3]) -> Option<Touched> {
+    pub fn touch(&self, p: [f64; 2], shape: Shape, kept: [bool; 3], known_mm: f64) -> Option<Touched> {
         let ([a, b, c], n) = (&self.corners, self.normal);
-        let mut outer = [true; 3];
+        let mut tested = kept;
         if n.z > 0.0 {
             let (x, y) = (p[0] + self.uphill[0], p[1] + self.uphill[1]);
+            let z = a.z - (n.x * (x - a.x) + n.y * (y - a.y)) / n.z;
+            let tip_mm = z - shape.corner_mm * (1.0 - n.z);
+            if tip_mm <= known_mm {
+                return None;
+            }
+            let farthest =
+                if shape.flat_mm == 0.0 { 2.0 * shape.corner_mm * (tip_mm - known_mm) } else { f64::INFINITY };
+            // Does the edge separate the triangle from that contact, and is it near enough?
             let side = |a: &Vec3, b: &Vec3| {
-                let left = (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
-                if self.left { left < 0.0 } else { left > 0.0 }
+                let (dx, dy) = (b.x - a.x, b.y - a.y);
+                let left = dx * (y - a.y) - dy * (x - a.x);
+                let separates = if self.left { left < 0.0 } else { left > 0.0 };
+                [separates, left * left < farthest * (dx * dx + dy * dy)]
             };
-            outer = [side(a, b), side(b, c), side(c, a)];
-            if outer == [false; 3] {
-                let z = a.z - (n.x * (x - a.x) + n.y * (y - a.y)) / n.z;
-                let tip_mm = z - shape.corner_mm * (1.0 - n.z);
+            let sides = [side(a, b), side(b, c), side(c, a)];
+            if sides.iter().all(|[separates, _]| !separates) {
                 return Some(Touched { tip_mm, point: Vec3::new(x, y, z), feature: Feature::Facet });
+            }
+            for (tested, side) in tested.iter_mut().zip(sides) {
+                *tested &= side == [true; 2];
             }
         }
         let mut best: Option<Touched> = None;
         for k in 0..3u8 {
-            if outer[usize::from(k)] && kept[usize::from(k)] {
+            if tested[usize::from(k)] {
                 let other = edge(&self.corners, k, p, shape);
                 best = best.filter(|best| other.is_none_or(|other| other.tip_mm <= best.tip_mm)).or(other);
             }
@@ -193,7 +205,9 @@ mod tests {
         for shape in SHAPES {
             for k in 0..100 {
                 let p = [0.07 * f64::from(k) - 1.0, 0.05 * f64::from(k % 13)];
-                let Some(found) = Facet::new(&triangle, shape).touch(p, shape, [true; 3]) else { continue };
+                let Some(found) = Facet::new(&triangle, shape).touch(p, shape, [true; 3], f64::NEG_INFINITY) else {
+                    continue;
+                };
                 let mut nearest = f64::INFINITY;
                 for i in 0..=400 {
                     for j in 0..=400 - i {
