@@ -17,6 +17,7 @@ pub mod held_out;
 mod idle;
 #[cfg(test)]
 mod made_data;
+mod one_cause;
 mod outlying;
 pub mod over_time;
 pub mod plotted;

@@ -151,6 +151,9 @@ impl Diagnosis<'_> {
         if let Some(more) = self.add_curves(&found, &mut confounded) {
             let more = self.curves_chosen_again(more);
             (found, in_doubt) = self.contested_until_stable(more, EXCHANGES, &mut confounded);
+            if let Some(one) = self.one_curve_for_both(&found) {
+                (found, in_doubt) = self.contested_until_stable(one, 0, &mut confounded);
+            }
         }
         for group in in_doubt {
             add_to(&mut confounded, group);
