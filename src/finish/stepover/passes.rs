@@ -220,9 +220,10 @@ impl Columns {
         self.stretches[i].iter().find(|[from, to]| (from - slack..=to + slack).contains(&y)).copied()
     }
 
-    /// Start of the next stretch of a column above a Y, mm; infinite if there is none.
-    fn next(&self, i: usize, y: f64) -> f64 {
-        self.stretches[i].iter().map(|[from, _]| *from).find(|from| *from > y + 1e-6).unwrap_or(f64::INFINITY)
+    /// Place in the next stretch of a column above a Y, mm, at most so far behind its start; infinite if there is none.
+    fn start(&self, i: usize, y: f64, late_mm: f64) -> f64 {
+        let next = self.stretches[i].iter().find(|[from, _]| *from > y + 1e-6);
+        next.map_or(f64::INFINITY, |[from, to]| (from + late_mm).min(*to))
     }
 }
 
@@ -242,7 +243,7 @@ struct Allowed {
 pub fn plan(on_surface: &ToolOnSurface, columns: &Columns, required: &Requirements) -> Plan {
     let count = columns.stretches.len();
     let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; required.feeds_mm_s.len()], ..Plan::default() };
-    let begin: Vec<f64> = (0..count).map(|i| columns.next(i, f64::NEG_INFINITY)).collect();
+    let begin: Vec<f64> = (0..count).map(|i| columns.start(i, f64::NEG_INFINITY, 0.0)).collect();
     let half = (on_surface.shape().radius_mm() / columns.column_mm).round() as usize;
     let mut curve = below(&begin, required.turn, columns.column_mm, half);
     let mut limits = vec![StepLimit::Edge; count];
@@ -366,17 +367,25 @@ fn next_pass(
     feeds: &[usize],
     (required, half): (&Requirements, usize),
 ) -> NextPass {
+    let own_step = |i: usize| {
+        let known = allowed[i].steps.get(feeds[i]).copied();
+        known.unwrap_or((required.bounds.least_mm, StepLimit::Edge))
+    };
+    // Up to half a step behind the start of a stretch its border has no higher scallop than lies between two passes, so that stretches that
+    // start a little one after the other need no pass each. Half of that, as the first pass along a border meets stock ahead of it too.
+    let on = (0..curve.len()).filter(|i| columns.on(*i, curve[*i]));
+    let late_mm = 0.25 * on.map(|i| own_step(i).0).reduce(f64::min).unwrap_or(0.0);
     let column = |i: usize| {
         let y = curve[i];
-        let Some([_, end]) = columns.stretch(i, y) else { return (columns.next(i, y), StepLimit::Edge) };
-        let known = allowed[i].steps.get(feeds[i]).copied();
-        let (step, limit) = known.unwrap_or((required.bounds.least_mm, StepLimit::Edge));
+        let next = || (columns.start(i, y, late_mm), StepLimit::Edge);
+        let Some([_, end]) = columns.stretch(i, y) else { return next() };
+        let (step, limit) = own_step(i);
         if y + step <= end {
             (y + step, limit)
         } else if end - y > 0.5 * step {
             (end, StepLimit::Edge)
         } else {
-            (columns.next(i, y), StepLimit::Edge)
+            next()
         }
     };
     let (tops, mut limits): (Vec<f64>, Vec<StepLimit>) = (0..curve.len()).map(column).unzip();
