@@ -4,7 +4,8 @@
 //! The engagement of the passes is simulated and not taken from the plan, which knows it only roughly where walls rise ahead of the tool or two
 //! passes join. The ordinary schedule chooses the feeds, so that corners, axes and power are respected too. Its stations are up to a millimetre
 //! long. The text is therefore simulated once more with those of the check ([`Simulated`]), and where one of them has a force above the
-//! reference, the feed of its block is lowered to what keeps it, but not below the lowest feed that the schedule may choose.
+//! reference, the feed of its block is lowered to what keeps it, but not below the lowest feed of the setup or else a fifth
+//! of the highest. (The schedule itself puts the limit before that lowest feed.)
 
 use super::{JobError, Keep, ROUNDS, Task, Wanted, Watch, optimize};
 use crate::engage;

@@ -152,7 +152,7 @@ fn unmet(program: &Program, answer: &Answer) -> Vec<String> {
     let (force_n, line) = if check.links_n.0 > check.largest_n.0 { check.links_n } else { check.largest_n };
     if force_n > HELD * answer.reference_n {
         unmet.push(format!(
-            "the reference of {} N is not held: {} N at most (line {line}), above it on {:.1} mm; no feed that is allowed holds it there",
+            "the reference of {} N is not held: {} N at most (line {line}), above it on {:.1} mm; feeds are not lowered further for it",
             short(answer.reference_n),
             short(force_n),
             check.beyond_mm
