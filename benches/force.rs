@@ -27,7 +27,7 @@ fn main() {
         .iter()
         .enumerate()
         .filter(|(_, slice)| slice.normal_r > 0.5 && slice.z_mm < 5.0)
-        .map(|(k, _)| EngagedArc { slice: k as u16, entry_rad: (PI - 1.1) as f32, exit_rad: PI as f32 })
+        .map(|(k, _)| EngagedArc { slice: k as u32, entry_rad: (PI - 1.1) as f32, exit_rad: PI as f32 })
         .collect();
     let cut = Cut { arcs: &arcs, ..Cut::default() };
     let line_s = best_of(|| black_box(cutter.line(black_box(&cut))));

@@ -70,7 +70,7 @@ fn compare(map: &EngagementMap, program: &Program, sweeps: &[Sweep], index: usiz
         let of_arc = |slice: usize, entry: f32, exit: f32| {
             place.width(&ring_of(&slices[slice]), [FRAC_PI_2 - f64::from(exit), FRAC_PI_2 - f64::from(entry)])
         };
-        let of_arcs = arcs.iter().map(|arc| of_arc(arc.slice.into(), arc.entry_rad, arc.exit_rad)).sum();
+        let of_arcs = arcs.iter().map(|arc| of_arc(arc.slice as usize, arc.entry_rad, arc.exit_rad)).sum();
         let cuts = brute.most > LEAST_MM2;
         let missing = if cuts { missing(map, slices, station, &scene, part) } else { 0.0 };
         Compared { index, station: *station, brute, of_arcs, missing }
@@ -81,12 +81,12 @@ fn compare(map: &EngagementMap, program: &Program, sweeps: &[Sweep], index: usiz
 /// Removal area on the rings of a station that is met somewhere along it and is in none of its arcs, mm²: the most of five places.
 fn missing(map: &EngagementMap, slices: &[Slice], station: &Station, scene: &Scene, part: [f64; 2]) -> f64 {
     let arcs = map.arcs_of(station);
-    let mut used: Vec<u16> = arcs.iter().map(|arc| arc.slice).collect();
+    let mut used: Vec<u32> = arcs.iter().map(|arc| arc.slice).collect();
     used.dedup();
     let lacking = |share: f64| {
         let place = scene.place(part[0] + share * (part[1] - part[0]));
-        let of_ring = |index: &u16| {
-            let ring = ring_of(&slices[usize::from(*index)]);
+        let of_ring = |index: &u32| {
+            let ring = ring_of(&slices[*index as usize]);
             let met = arcs.iter().filter(|arc| arc.slice == *index);
             let met: Vec<[f64; 2]> =
                 met.map(|arc| [arc.exit_rad, arc.entry_rad].map(|phi| FRAC_PI_2 - f64::from(phi))).collect();

@@ -113,7 +113,7 @@ fn numeric(tool: &Tool, slices: &[Slice], cut: &Cut, feed: f64, steps: usize) ->
 
 fn arcs(slices: &[Slice], depth: f64, entry: f64, exit: f64) -> Vec<EngagedArc> {
     let engaged = slices.iter().enumerate().filter(|(_, slice)| slice.z_mm <= depth);
-    engaged.map(|(k, _)| EngagedArc { slice: k as u16, entry_rad: entry as f32, exit_rad: exit as f32 }).collect()
+    engaged.map(|(k, _)| EngagedArc { slice: k as u32, entry_rad: entry as f32, exit_rad: exit as f32 }).collect()
 }
 
 /// Name, tool, rings, engaged arcs, vertical part of the feed direction.

@@ -104,7 +104,7 @@ fn the_bottom_may_have_its_own_coefficients() {
     let own = [("k_tc", 800.0), ("k_te", 15.0), ("k_rc", 300.0), ("bottom_k_rc", 900.0)];
     let same = [("k_tc", 800.0), ("k_te", 15.0), ("k_rc", 300.0)];
     let all: Vec<EngagedArc> =
-        (0..slices.len()).map(|k| EngagedArc { slice: k as u16, entry_rad: 0.0, exit_rad: TAU as f32 }).collect();
+        (0..slices.len()).map(|k| EngagedArc { slice: k as u32, entry_rad: 0.0, exit_rad: TAU as f32 }).collect();
     let side = side_arcs(&slices, 5.0, 1.0, PI);
     let loads =
         |name: &str, keys: &[(&str, f64)], cut: &Cut| cutter(&tool, &slices, named(name, keys), RPS).loads(cut, 3.0);

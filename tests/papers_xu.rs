@@ -129,7 +129,7 @@ fn zero_helix_slot_forces() {
     let slices = tool.profile.slices(0.381);
     let side = |depth: f64| -> Vec<EngagedArc> {
         let inside = slices.iter().enumerate().filter(|(_, slice)| slice.normal_r > 0.5 && slice.z_mm < depth);
-        inside.map(|(k, _)| EngagedArc { slice: k as u16, entry_rad: 0.0, exit_rad: PI as f32 }).collect()
+        inside.map(|(k, _)| EngagedArc { slice: k as u32, entry_rad: 0.0, exit_rad: PI as f32 }).collect()
     };
     let arcs = side(3.81);
     let feed = FEEDS[3] * 2.0 * 1337.0 / 60.0;
@@ -161,7 +161,7 @@ fn rings_give_the_same_power_as_closed_forms() {
         let (entry, exit) = entry_exit_rad(immersion, row["cut"] == "down");
         let inside = slices.iter().enumerate().filter(|(_, s)| s.normal_r > 0.5 && s.z_mm < cut.axial_depth_mm);
         let arcs: Vec<_> = inside
-            .map(|(k, _)| EngagedArc { slice: k as u16, entry_rad: entry as f32, exit_rad: exit as f32 })
+            .map(|(k, _)| EngagedArc { slice: k as u32, entry_rad: entry as f32, exit_rad: exit as f32 })
             .collect();
         let cutter = cutter(&tool, &slices, k4, TABLE4.0, cut.rps);
         let power = cutter.loads(&Cut { arcs: &arcs, ..Cut::default() }, cut.feed_mm_s).power_w;
@@ -176,7 +176,7 @@ fn rings_give_the_same_power_as_closed_forms() {
         for (k, slice) in slices.iter().enumerate().filter(|(_, slice)| slice.z_mm < cut.axial_depth_mm) {
             let reach = ((6.35 - cut.radial_depth_mm) / slice.radius_mm).clamp(-1.0, 1.0).acos();
             let (entry, exit) = entry_exit_rad(reach, row["cut"] == "down");
-            arcs.push(EngagedArc { slice: k as u16, entry_rad: entry as f32, exit_rad: exit as f32 });
+            arcs.push(EngagedArc { slice: k as u32, entry_rad: entry as f32, exit_rad: exit as f32 });
         }
         let cutter = cutter(&tool, &slices, k5, TABLE5.0, cut.rps);
         let power = cutter.loads(&Cut { arcs: &arcs, ..Cut::default() }, cut.feed_mm_s).power_w;

@@ -105,7 +105,7 @@ fn same_stations((a, i): (&EngagementMap, usize), (b, j): (&EngagementMap, usize
         assert_eq!(of(one), of(other), "move {j} at {:.3} mm", other.from_mm);
         // Rings cut in two are numbered as they come: their sizes count, not their numbers.
         let arcs = |map: &EngagementMap, station| {
-            let slice = |of: u16| map.slices.iter().find_map(|(_, slices)| slices.get(of as usize)).map(|s| s.z_mm);
+            let slice = |of: u32| map.slices.iter().find_map(|(_, slices)| slices.get(of as usize)).map(|s| s.z_mm);
             let arc = |arc: &feedwright::engage::EngagedArc| {
                 (slice(arc.slice).is_some(), arc.entry_rad.to_bits(), arc.exit_rad.to_bits())
             };

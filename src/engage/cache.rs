@@ -27,7 +27,7 @@ pub enum Unusable {
 
 /// The map as bytes.
 pub fn to_bytes(map: &EngagementMap, key: &Key) -> Vec<u8> {
-    let mut out = Vec::with_capacity(64 + map.stations.len() * 34 + map.arcs.len() * 10);
+    let mut out = Vec::with_capacity(64 + map.stations.len() * 34 + map.arcs.len() * 12);
     out.extend_from_slice(MARK);
     out.extend_from_slice(key);
     numbers(&mut out, &[map.initial_mm3, map.removed_mm3, map.remaining_mm3, map.cell_mm]);
@@ -107,7 +107,7 @@ fn map(reader: &mut Reader) -> Option<EngagementMap> {
         arcs = arcs.checked_add(station.arc_count)?;
         Some(station)
     })?;
-    map.arcs = reader.list(|r| Some(EngagedArc { slice: r.u16()?, entry_rad: r.f32()?, exit_rad: r.f32()? }))?;
+    map.arcs = reader.list(|r| Some(EngagedArc { slice: r.u32()?, entry_rad: r.f32()?, exit_rad: r.f32()? }))?;
     map.events = reader.list(event)?;
     map.notes = reader.list(text)?;
     (first as usize == map.stations.len() && arcs as usize == map.arcs.len()).then_some(map)

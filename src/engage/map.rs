@@ -11,7 +11,7 @@ use crate::machine::Slice;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EngagedArc {
     /// Index into the slices of the tool ([`EngagementMap::slices`]).
-    pub slice: u16,
+    pub slice: u32,
     /// Where it begins, rad.
     pub entry_rad: f32,
     /// Where it ends, rad; `entry_rad < exit_rad`.

@@ -145,11 +145,11 @@ fn engage_all(
     let elements = &plan.laid.elements;
     let scene =
         Scene { elements, cutters: &cutters, earlier: &earlier.forms, blanks: &blanks, fixtures: &job.fixtures };
-    let mut builder = Builder::default();
+    let whole = || cutters.iter().map(|cutter| (cutter.number, cutter.slices.clone())).collect();
+    let slices = again.map_or_else(whole, |again| again.known.slices.clone());
+    let mut builder = Builder::with_slices(slices, &cutters);
     builder.map.cell_mm = cell;
     builder.map.notes = notes;
-    let whole = || cutters.iter().map(|cutter| (cutter.number, cutter.slices.clone())).collect();
-    builder.map.slices = again.map_or_else(whole, |again| again.known.slices.clone());
     builder.map.initial_mm3 = fields.iter().map(Field::volume_mm3).sum();
     simulate(&plan, &scene, &mut fields, &mut builder, progress);
     let mut map = builder.map;

@@ -12,6 +12,7 @@ use super::map::{EngagedArc, EngagementMap, Station, StationFlags};
 use super::sample_outcome::{Outcome, PARTS, same};
 use super::scene::RawArc;
 use crate::ids::MoveId;
+use crate::machine::Slice;
 use std::borrow::Cow;
 use std::collections::HashMap;
 
@@ -21,7 +22,9 @@ pub struct Builder {
     /// The map so far.
     pub map: EngagementMap,
     /// Partial rings entered: (cutter, slice, from, to) → slice.
-    partial: HashMap<[u16; 4], u16>,
+    partial: HashMap<[u16; 4], u32>,
+    /// Partial rings that the map had before: (cutter, place on the outline) → slice.
+    earlier: HashMap<(u16, [u64; 3]), u32>,
 }
 
 /// A sampled point of a move.
@@ -46,6 +49,16 @@ struct Piece<'a> {
 }
 
 impl Builder {
+    /// A map without stations that has these slices of each cutter: its own, and the partial rings of an earlier map after them.
+    pub fn with_slices(slices: Vec<(u32, Vec<Slice>)>, cutters: &[Cutter]) -> Self {
+        let partial = |(index, cutter): (usize, &Cutter)| {
+            let parts = slices[index].1.iter().enumerate().skip(cutter.slices.len());
+            parts.map(move |(k, part)| ((index as u16, place(part)), k as u32)).collect::<Vec<_>>()
+        };
+        let earlier = cutters.iter().enumerate().flat_map(partial).collect();
+        Self { map: EngagementMap { slices, ..EngagementMap::default() }, earlier, ..Self::default() }
+    }
+
     /// Enters the stations of a move sampled at `points` (at least two, the first at its beginning, the last at its end).
     pub fn push_move(&mut self, id: MoveId, cutter_index: u16, cutter: &Cutter, points: &[Point], uncertain: bool) {
         let first = self.map.stations.len() as u32;
@@ -124,21 +137,26 @@ impl Builder {
     }
 
     /// Slice of an arc: the whole ring, or a partial one entered for it.
-    fn slice(&mut self, index: u16, cutter: &Cutter, arc: &RawArc) -> u16 {
+    fn slice(&mut self, index: u16, cutter: &Cutter, arc: &RawArc) -> u32 {
         let [from, to] = arc.part.map(|part| (part * PARTS).round() as u16);
         if (from, to) == (0, PARTS as u16) {
-            return arc.slice;
+            return u32::from(arc.slice);
         }
         let slices = &mut self.map.slices[index as usize].1;
-        *self.partial.entry([index, arc.slice, from, to.max(from + 1)]).or_insert_with(|| {
-            if slices.len() >= usize::from(u16::MAX) {
-                return arc.slice;
-            }
-            slices
-                .push(cutter.part(arc.slice, [from, to.max(from + 1)].map(|part| f64::from(part) / f64::from(PARTS))));
-            (slices.len() - 1) as u16
+        let to = to.max(from + 1);
+        *self.partial.entry([index, arc.slice, from, to]).or_insert_with(|| {
+            let part = cutter.part(arc.slice, [from, to].map(|part| f64::from(part) / f64::from(PARTS)));
+            self.earlier.get(&(index, place(&part))).copied().unwrap_or_else(|| {
+                slices.push(part);
+                (slices.len() - 1) as u32
+            })
         })
     }
+}
+
+/// Height, radius and length of a ring, bit by bit: equal for the same part of the same slice.
+fn place(ring: &Slice) -> [u64; 3] {
+    [ring.z_mm, ring.radius_mm, ring.edge_mm].map(f64::to_bits)
 }
 
 /// The pieces between two points.
@@ -182,4 +200,58 @@ fn area(piece: &Piece) -> f64 {
 
 fn empty_station(move_id: MoveId, [from_mm, to_mm]: [f64; 2], flags: StationFlags) -> Station {
     Station { move_id, from_mm, to_mm, removal_area_mm2: 0.0, axial_depth_mm: 0.0, first_arc: 0, arc_count: 0, flags }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::{Limits, Profile, Shape, Tool};
+
+    fn ball() -> Tool {
+        Tool {
+            number: 1,
+            shape: Shape::Ball,
+            profile: Profile::ball(6.0, 20.0),
+            diameter_mm: 6.0,
+            flutes: 2,
+            helix_rad: 0.5,
+            pitch_rad: Vec::new(),
+            rake_rad: 0.0,
+            flute_length_mm: 12.0,
+            flute_length_given: true,
+            overhang_mm: 30.0,
+            shank_diameter_mm: 6.0,
+            runout: None,
+            youngs_modulus_mpa: 600_000.0,
+            allowable_stress_mpa: None,
+            holder_stiffness_n_mm: None,
+            holder: Vec::new(),
+            centre_cutting: true,
+            coefficients: None,
+            limits: Limits::default(),
+            wear: None,
+        }
+    }
+
+    /// Thin stock on a surface ends anywhere on a ring, so a long finishing program enters more partial rings than two bytes can
+    /// number. Each keeps its place, and a map that goes on from this one enters none of them again.
+    #[test]
+    fn each_of_many_partial_rings_is_itself() {
+        let cutter = Cutter::new(&ball(), 0.2);
+        let whole = vec![(1, cutter.slices.clone())];
+        let step = |k: u16| f32::from(k) / PARTS;
+        let parts =
+            (0..3).flat_map(|slice| (0..255).flat_map(move |from| (from + 1..256).map(move |to| (slice, from, to))));
+        let arcs: Vec<RawArc> =
+            parts.map(|(slice, from, to)| RawArc { slice, part: [step(from), step(to)], angles: [0.0, 1.0] }).collect();
+        assert!(arcs.len() > usize::from(u16::MAX));
+        let own = |arc: &RawArc| cutter.part(arc.slice, arc.part.map(f64::from));
+        let mut first = Builder::with_slices(whole, std::slice::from_ref(&cutter));
+        let entered: Vec<u32> = arcs.iter().map(|arc| first.slice(0, &cutter, arc)).collect();
+        let slices = first.map.slices;
+        assert!(arcs.iter().zip(&entered).all(|(arc, k)| slices[0].1[*k as usize] == own(arc)));
+        let mut second = Builder::with_slices(slices.clone(), std::slice::from_ref(&cutter));
+        let again: Vec<u32> = arcs.iter().map(|arc| second.slice(0, &cutter, arc)).collect();
+        assert!(again == entered && second.map.slices == slices);
+    }
 }

@@ -266,7 +266,7 @@ impl Cutter {
             let (sin, cos) = phi.sin_cos();
             let near = |end: usize| on_wall(piece.angle[end], end) && (phi - piece.angle[end]).abs() <= 0.5 * step;
             out.push(Edge {
-                ring: piece.slice as u16,
+                ring: piece.slice as u32,
                 tooth: self.order(group, tooth) as u16,
                 on_wall: near(0) || near(1),
                 sin,
@@ -283,7 +283,7 @@ impl Cutter {
         GAUSS.map(|[x, weight]| {
             let (sin, cos) = (middle + half * x).sin_cos();
             let chip = c * ring.n_r * sin + tz * ring.n_z;
-            let edge = Edge { ring: piece.slice as u16, tooth: 0, on_wall: false, sin, cos, chip };
+            let edge = Edge { ring: piece.slice as u32, tooth: 0, on_wall: false, sin, cos, chip };
             Node { edge, weight: half * weight }
         })
     }

@@ -42,6 +42,6 @@ impl FineRings {
     /// The same arcs on the thinner rings.
     pub fn arcs(&self, arcs: &[EngagedArc]) -> Vec<EngagedArc> {
         let parts = |arc: &EngagedArc| self.first[arc.slice as usize]..self.first[arc.slice as usize + 1];
-        arcs.iter().flat_map(|arc| parts(arc).map(|k| EngagedArc { slice: k as u16, ..*arc })).collect()
+        arcs.iter().flat_map(|arc| parts(arc).map(|k| EngagedArc { slice: k as u32, ..*arc })).collect()
     }
 }

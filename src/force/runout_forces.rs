@@ -42,7 +42,7 @@ struct Tooth {
 #[derive(Clone, Copy)]
 struct Layer {
     slice: Slice,
-    last: u16,
+    last: u32,
     arc: [f64; 2],
     lag: [f64; 2],
     edge_mm: f64,

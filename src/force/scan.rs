@@ -21,7 +21,7 @@ const ROUNDS: usize = 4;
 /// One edge in the material at one rotation angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Edge {
-    pub ring: u16,
+    pub ring: u32,
     pub tooth: u16,
     /// At the angle where it leaves the wall.
     pub on_wall: bool,

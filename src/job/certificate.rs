@@ -112,7 +112,7 @@ fn of_move(
     let mut breaches = Vec::new();
     for station in map.stations_of(id) {
         let arcs = map.arcs_of(station).iter().map(|arc| Arc {
-            ring: usize::from(arc.slice),
+            ring: arc.slice as usize,
             entry: f64::from(arc.entry_rad) - ROUNDED_RAD,
             exit: f64::from(arc.exit_rad) + ROUNDED_RAD,
         });

@@ -162,7 +162,7 @@ fn is_thin(station: &Station, arcs: &[EngagedArc], slices: &[Slice], thick_mm: f
     let (mut area_mm2, mut square_mm3) = (0.0, 0.0);
     let mut last = ([f32::NAN; 2], 0.0);
     for of_ring in arcs.chunk_by(|a, b| a.slice == b.slice) {
-        let Some(slice) = slices.get(usize::from(of_ring[0].slice)).filter(|slice| slice.z_mm > thick_mm) else {
+        let Some(slice) = slices.get(of_ring[0].slice as usize).filter(|slice| slice.z_mm > thick_mm) else {
             continue;
         };
         let mut radial_mm = 0.0;

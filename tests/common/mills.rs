@@ -72,6 +72,6 @@ pub fn cutter(tool: &Tool, slices: &[Slice], model: ForceModel, rps: f64) -> Cut
 pub fn side_arcs(slices: &[Slice], depth_mm: f64, entry_rad: f64, exit_rad: f64) -> Vec<EngagedArc> {
     let engaged = slices.iter().enumerate().filter(|(_, s)| s.normal_r > 0.01 && s.z_mm <= depth_mm);
     engaged
-        .map(|(k, _)| EngagedArc { slice: k as u16, entry_rad: entry_rad as f32, exit_rad: exit_rad as f32 })
+        .map(|(k, _)| EngagedArc { slice: k as u32, entry_rad: entry_rad as f32, exit_rad: exit_rad as f32 })
         .collect()
 }

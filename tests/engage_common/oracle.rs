@@ -166,20 +166,20 @@ pub fn deviations(
 ) -> Vec<f64> {
     let arcs = map.arcs_of(station);
     let slices = map.slices_of(tool);
-    let mut used: Vec<u16> = arcs.iter().map(|arc| arc.slice).collect();
+    let mut used: Vec<u32> = arcs.iter().map(|arc| arc.slice).collect();
     used.dedup();
-    let expected = |s: f64| -> Vec<(u16, Vec<[f64; 2]>)> {
+    let expected = |s: f64| -> Vec<(u32, Vec<[f64; 2]>)> {
         let (tip, tangent) = at(s);
-        let ring = |index: u16| {
+        let ring = |index: u32| {
             let slice = &slices[index as usize];
             [slice.radius_mm, slice.z_mm, slice.normal_r, slice.normal_z]
         };
         used.iter().map(|index| (*index, engaged(tip, tangent, ring(*index), uncut))).collect()
     };
-    let area = |s: f64, found: &[(u16, Vec<[f64; 2]>)]| -> f64 {
+    let area = |s: f64, found: &[(u32, Vec<[f64; 2]>)]| -> f64 {
         let tangent = at(s).1;
         let across = tangent[0].hypot(tangent[1]);
-        let one = |index: u16, arc: &[f64; 2]| {
+        let one = |index: u32, arc: &[f64; 2]| {
             let ring = &slices[index as usize];
             let lead =
                 ring.normal_r * across * (arc[0].cos() - arc[1].cos()) + ring.normal_z * tangent[2] * (arc[1] - arc[0]);
@@ -187,7 +187,7 @@ pub fn deviations(
         };
         found.iter().map(|(index, arcs)| arcs.iter().map(|arc| one(*index, arc)).sum::<f64>()).sum()
     };
-    let errors = |expected: &[(u16, Vec<[f64; 2]>)]| -> Vec<f64> {
+    let errors = |expected: &[(u32, Vec<[f64; 2]>)]| -> Vec<f64> {
         expected.iter().flat_map(|(index, expected)| errors_of_ring(arcs, *index, expected)).collect()
     };
     let (from, to) = (station.from_mm.max(range[0]), station.to_mm.min(range[1]));
@@ -249,7 +249,7 @@ pub fn missing(
     let arcs: Vec<(usize, [f64; 2])> = map
         .arcs_of(station)
         .iter()
-        .map(|arc| (arc.slice.into(), [arc.entry_rad, arc.exit_rad].map(f64::from)))
+        .map(|arc| (arc.slice as usize, [arc.entry_rad, arc.exit_rad].map(f64::from)))
         .collect();
     let mut used: Vec<usize> = arcs.iter().map(|(slice, _)| *slice).collect();
     used.dedup();
@@ -270,7 +270,7 @@ pub fn missing(
 }
 
 /// Deviations of the arcs of one ring, in degrees.
-fn errors_of_ring(arcs: &[EngagedArc], index: u16, expected: &[[f64; 2]]) -> Vec<f64> {
+fn errors_of_ring(arcs: &[EngagedArc], index: u32, expected: &[[f64; 2]]) -> Vec<f64> {
     let of_ring = arcs.iter().filter(|arc| arc.slice == index);
     let mut found: Vec<[f64; 2]> = of_ring.map(|arc| [f64::from(arc.entry_rad), f64::from(arc.exit_rad)]).collect();
     found.sort_by(|a, b| a[0].total_cmp(&b[0]));

@@ -162,7 +162,7 @@ impl Section {
         let mut arcs = Vec::new();
         for (index, ring) in rings.iter().enumerate() {
             self.arcs_of(ring, &mut |entry, exit| {
-                arcs.push(EngagedArc { slice: index as u16, entry_rad: entry as f32, exit_rad: exit as f32 });
+                arcs.push(EngagedArc { slice: index as u32, entry_rad: entry as f32, exit_rad: exit as f32 });
             });
         }
         arcs

@@ -116,7 +116,7 @@ impl RecordedCut {
             normal_z: 0.0,
             segment: 1,
         };
-        let arc = |k: usize| EngagedArc { slice: k as u16, entry_rad: entry as f32, exit_rad: exit as f32 };
+        let arc = |k: usize| EngagedArc { slice: k as u32, entry_rad: entry as f32, exit_rad: exit as f32 };
         Ok(Self {
             tool: tool.clone(),
             slices: (0..RINGS).map(ring).collect(),

@@ -87,7 +87,7 @@ impl<'a> Forces<'a> {
         let tilt = (tangent_z / f64::from(SAME_RAD)).round() as i32;
         let angle = |rad: f32| (rad / SAME_RAD).round() as i32;
         let arcs = self.map.arcs_of(station).iter();
-        let arcs = arcs.flat_map(|arc| [i32::from(arc.slice), angle(arc.entry_rad), angle(arc.exit_rad)]);
+        let arcs = arcs.flat_map(|arc| [arc.slice as i32, angle(arc.entry_rad), angle(arc.exit_rad)]);
         let key: Vec<i32> = [motion.tool as i32, tilt].into_iter().chain(speeds).chain(arcs).collect();
         if let Some(found) = self.cached.get(&key) {
             return *found;
