@@ -201,7 +201,7 @@ pub fn run(
             "correct --least-step-over and --largest-step-over; the largest is the radius of the tool when absent",
         ));
     }
-    let below = below(ask)?;
+    let mut below_mm = below_mm(ask)?;
     let material = job.material(tool).ok_or_else(|| {
         Refusal::new("the setup names no material", "give [stock] material, or a [material] table with coefficients")
     })?;
@@ -264,21 +264,27 @@ pub fn run(
     };
     let top = required.feeds_mm_s.last().copied().unwrap_or(1.0);
     let (mut varying, mut rival): (Option<Drawn>, Option<(Constant, f64, Drawn)>) = (None, None);
-    for below_mm in below {
+    for _ in 0..PLANS {
         let lower = Bounds { scallop_mm: ask.scallop_mm - below_mm, ..bounds };
         let required = Requirements { bounds: lower, ..required.clone() };
         let plan = pass_area.plan(&on_surface, &required);
-        let holds = |drawn: &Drawn| !is_beyond(drawn.plan.largest_scallop_mm(), ask.scallop_mm);
-        if !rival.as_ref().is_some_and(|(_, _, drawn)| holds(drawn)) {
+        let over_mm = |drawn: &Drawn| {
+            let largest_mm = drawn.plan.largest_scallop_mm();
+            if is_beyond(largest_mm, ask.scallop_mm) { largest_mm - ask.scallop_mm } else { 0.0 }
+        };
+        if !rival.as_ref().is_some_and(|(_, _, drawn)| over_mm(drawn) == 0.0) {
             let note = "CONSTANT STEP-OVER FOR COMPARISON";
             rival = pass_area
                 .constant(&on_surface, &required, &plan)
                 .map(|(step, feed_mm_s, plan)| (step, feed_mm_s, draw(plan, feed_mm_s, vec![note.into()])));
         }
-        if !varying.as_ref().is_some_and(holds) {
+        if varying.as_ref().is_none_or(|drawn| over_mm(drawn) > 0.0) {
             varying = Some(draw(plan, top, vec![said.clone()]));
         }
-        if varying.as_ref().is_some_and(holds) && rival.as_ref().is_none_or(|(_, _, drawn)| holds(drawn)) {
+        let drawn = varying.iter().chain(rival.iter().map(|(_, _, drawn)| drawn));
+        let most_mm = drawn.map(over_mm).fold(0.0, f64::max);
+        below_mm += most_mm;
+        if most_mm == 0.0 || below_mm >= ask.scallop_mm {
             break;
         }
     }
@@ -315,15 +321,16 @@ pub fn run(
     Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, left_out, notes })
 }
 
-/// Shares of the tolerance of lines and arcs by which the scallop limit of a plan is below the one that is asked for, tried in this order
-/// until the written passes hold that. Passes off the surface by the tolerance leave scallops higher by as much, but few are off by all of it.
-const BELOW: [f64; 3] = [0.25, 0.5, 1.0];
+/// Share of the tolerance of lines and arcs by which the scallop limit of the first plan is below the one that is asked for. Passes off the
+/// surface by the tolerance leave scallops higher by as much, but few are off by all of it.
+const BELOW: f64 = 0.25;
+/// Most plans, each for a limit lower by as much as the written passes of the one before exceed the one that is asked for.
+const PLANS: u32 = 2;
 
-/// How far the scallop limits of plans are below the one that is asked for, mm. An error if that leaves nothing.
-fn below(ask: &Request) -> Result<Vec<f64>, Refusal> {
-    let below = BELOW.map(|share| share * ask.tolerance_mm);
-    let leaves: Vec<f64> = below.into_iter().filter(|mm| *mm < ask.scallop_mm).collect();
-    if leaves.is_empty() {
+/// How far the scallop limit of the first plan is below the one that is asked for, mm. An error if that leaves nothing.
+fn below_mm(ask: &Request) -> Result<f64, Refusal> {
+    let below_mm = BELOW * ask.tolerance_mm;
+    if below_mm >= ask.scallop_mm {
         return Err(Refusal::new(
             format!(
                 "the scallop limit of {} mm leaves nothing beside lines and arcs within {} mm",
@@ -332,7 +339,7 @@ fn below(ask: &Request) -> Result<Vec<f64>, Refusal> {
             "lower --tolerance, or raise --scallop",
         ));
     }
-    Ok(leaves)
+    Ok(below_mm)
 }
 
 /// A plan with the scallops of the written passes, its motions, and their text before the feeds are set.
