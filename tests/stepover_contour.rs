@@ -104,7 +104,7 @@ fn steps_down_a_cone_are_those_of_the_closed_form() {
 #[test]
 fn steps_down_a_dome_are_those_of_the_closed_form() {
     let (radius, r, h) = (8.0, 3.0, 0.01);
-    let plan = plan_for(&dome([360, 300], radius, [1.0, 80.0]), Shape::ball(r), h, 30.0);
+    let plan = plan_for(&dome([240, 150], radius, [1.0, 80.0]), Shape::ball(r), h, 30.0);
     let apart = border(|apart| ball_scallop_mm(r, -1.0 / radius, apart) <= h, 0.01, 2.0);
     let slope = |tip_mm: f64| ((tip_mm + r) / (radius + r)).acos();
     let slopes: Vec<f64> = heights(&plan).iter().map(|tip| slope(*tip)).collect();
@@ -206,7 +206,7 @@ const GOUGE_MM: f64 = 0.003 + 0.0006 + 0.0007;
 /// nothing is cut into, and loops are arcs.
 #[test]
 fn a_dome_is_finished_at_a_constant_force() {
-    let mesh = dome([240, 160], 8.0, [1.0, 60.0]);
+    let mesh = dome([200, 60], 8.0, [1.0, 60.0]);
     let run = Run::new(&mesh, &["--feed", "960", "--reference-force", "4"], str::to_owned).done();
     let report = run.report();
     let (varying, simulated) = (&report["varying"], &report["varying"]["simulated"]);
@@ -235,7 +235,7 @@ fn a_dome_is_finished_at_a_constant_force() {
 /// ball is no farther than its radius and the limit.
 #[test]
 fn the_scallop_of_a_dome_is_held_in_the_swept_volume() {
-    let mesh = dome([360, 240], 6.0, [1.0, 60.0]);
+    let mesh = dome([240, 80], 6.0, [1.0, 60.0]);
     let run = Run::new(&mesh, &["--feed", "960", "--reference-force", "50"], str::to_owned).done();
     let tips = run.tips(0.05);
     let mut highest = 0.0f64;
@@ -255,7 +255,7 @@ fn the_scallop_of_a_dome_is_held_in_the_swept_volume() {
 /// safe height once for each of them, not once for each level.
 #[test]
 fn one_top_is_finished_before_the_next_one() {
-    let mesh = surfaces::sheet([120, 60], |u, v| {
+    let mesh = surfaces::sheet([90, 45], |u, v| {
         let (x, y) = (18.0 * u - 9.0, 9.0 * v - 4.5);
         let hill = |middle: f64| 6.0 * (-((x - middle).powi(2) + y * y) / 10.125).exp();
         [x, y, hill(-4.5) + hill(4.5)]
