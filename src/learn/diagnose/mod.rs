@@ -30,6 +30,7 @@ pub mod trial;
 mod trial_cache;
 mod undetermined_terms;
 pub mod unnamed;
+mod worst_stretch;
 
 pub use diagnosis::Options;
 pub use search::diagnose;

@@ -11,6 +11,7 @@
 use crate::effects::Covariate;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::criteria::is_structure;
+use crate::learn::diagnose::worst_stretch::worst_stretch;
 use crate::learn::regress::random::Chance;
 use crate::learn::regress::statistics::dot;
 
@@ -174,7 +175,7 @@ pub fn patterns(data: &Data, residual: &[f64], load: &[f64], seed: u64) -> Vec<P
     }
     found.extend(along(data, residual, load, Covariate::Load.name(), seed));
     if data.is_series() {
-        found.extend(in_time(data, residual));
+        found.extend(in_time(data, residual, load));
     } else {
         found.extend(from_set_up_to_set_up(data, residual, seed));
     }
@@ -309,8 +310,8 @@ fn permuted(members: &[Vec<usize>], bins: &[usize], chance: &mut Chance) -> Vec<
     out
 }
 
-/// Structure in time: autocorrelation of neighbouring samples, and with it a period.
-fn in_time(data: &Data, residual: &[f64]) -> Vec<Pattern> {
+/// Structure in time: autocorrelation of neighbouring samples with the stretch in which the residual is largest, and a period.
+fn in_time(data: &Data, residual: &[f64], load: &[f64]) -> Vec<Pattern> {
     let scaled = Scaled::new(data, residual);
     let rho = scaled.autocorrelation(1);
     let n = data.used().count() as f64;
@@ -320,8 +321,13 @@ fn in_time(data: &Data, residual: &[f64]) -> Vec<Pattern> {
     }
     let span = data.used().map(|i| data.span_s[i]).sum::<f64>() / n;
     let lasts = (1..400).find(|k| scaled.autocorrelation(*k) < 0.37 * rho).unwrap_or(400);
+    let stretch = worst_stretch(data, residual, load, lasts).map_or_else(String::new, |stretch| {
+        let ([from_s, to_s], percent) = (stretch.between_s, 100.0 * stretch.above);
+        let side = if percent < 0.0 { "below" } else { "above" };
+        format!("; largest from {from_s:.0} s to {to_s:.0} s, {:.1} % {side} the prediction", percent.abs())
+    });
     let mut found = vec![Pattern {
-        along: format!("time (persists over about {:.1} s)", lasts as f64 * span),
+        along: format!("time (persists over about {:.1} s{stretch})", lasts as f64 * span),
         test_r2: rho * rho,
         p_value: (-0.5 * z * z).exp().max(1e-12),
         is_persistence: true,
