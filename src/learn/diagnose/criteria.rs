@@ -74,6 +74,9 @@ thresholds! {
     /// Score from which an effect need not be so clear: what shows in few passes (a face that stands askew) lowers the error of the whole
     /// little, and few passes are few cases. Ten times what Kass and Raftery call "very strong". Judgement.
     decisive_score = 100.0;
+    /// Largest probability that the search finds such a gain by chance (p value times the number of models tried) at which an effect is
+    /// named: the usual 5 %.
+    by_chance = 0.05;
     /// Standard errors by which a curve without a name must lower the held-out error. Some forty curves of seven shapes
     /// are compared; two standard errors by chance are rare even so. Judgement.
     curve_t = 2.0;
@@ -217,6 +220,11 @@ impl Criteria {
     /// Is a covariate constant within an operation? `within`: its range there; `all`: its range over the log.
     pub(in crate::learn) fn is_steady_within(&self, within: f64, all: f64) -> bool {
         within <= self.steady_within * all
+    }
+
+    /// May the search have found this gain by chance?
+    pub(in crate::learn) fn may_be_chance(&self, p_value: f64) -> bool {
+        p_value > self.by_chance
     }
 
     /// Does a rival explain clearly more? `t`: mean improvement over its standard error between blocks; the threshold
@@ -465,6 +473,7 @@ mod tests {
         assert!(c.is_steady_within(0.04, 1.0) && !c.is_steady_within(0.06, 1.0));
         assert!(c.harms_elsewhere(-0.03) && !c.harms_elsewhere(-0.01));
         assert!(c.is_clearly_better(1.1) && !c.is_clearly_better(0.9));
+        assert!(c.may_be_chance(0.051) && !c.may_be_chance(0.049));
         assert!(is_slower(0.59, 31.0) && !is_slower(0.61, 99.0) && !is_slower(0.1, 29.0));
     }
 

@@ -297,6 +297,11 @@ impl Diagnosis<'_> {
                 }
             };
             let p_value = self.p_of_the_search(trial);
+            if self.criteria().may_be_chance(p_value) {
+                let why = format!("among {} models tried such a gain comes by chance (p = {p_value:.2})", self.tried);
+                self.reject(trial, why);
+                continue;
+            }
             let text = format!(
                 "lowers the error on left-out blocks by {:.1} % (t = {:.1}), score {:.1}",
                 100.0 * self.drop_of(&present.left, &after),
