@@ -235,13 +235,13 @@ fn a_dome_is_finished_at_a_constant_force() {
 /// ball is no farther than its radius and the limit.
 #[test]
 fn the_scallop_of_a_dome_is_held_in_the_swept_volume() {
-    let mesh = dome([240, 80], 6.0, [1.0, 60.0]);
+    let mesh = dome([220, 70], 5.0, [1.0, 60.0]);
     let run = Run::new(&mesh, &["--feed", "960", "--reference-force", "50"], str::to_owned).done();
     let tips = run.tips(0.05);
     let mut highest = 0.0f64;
     for k in 0..3000 {
         let (slope, angle) = ((32.0 + 25.0 * f64::from(k) / 3000.0).to_radians(), 2.4 * f64::from(k));
-        let q = 6.0 * Vec3::new(slope.sin() * angle.cos(), slope.sin() * angle.sin(), slope.cos());
+        let q = 5.0 * Vec3::new(slope.sin() * angle.cos(), slope.sin() * angle.sin(), slope.cos());
         let far = tips.iter().map(|tip| (tip + 3.0 * Vec3::z() - q).norm()).fold(f64::INFINITY, f64::min);
         highest = highest.max(far - 3.0);
     }
