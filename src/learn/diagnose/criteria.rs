@@ -75,7 +75,8 @@ thresholds! {
     /// little, and few passes are few cases. Ten times what Kass and Raftery call "very strong". Judgement.
     decisive_score = 100.0;
     /// Largest probability that the search finds such a gain by chance (p value times the number of models tried) at which an effect is
-    /// named: the usual 5 %.
+    /// named beside others: the usual 5 %. The first is judged by what was left out alone: after the many models that are tried
+    /// no p value of a table of few cuts is small.
     by_chance = 0.05;
     /// Standard errors by which a curve without a name must lower the held-out error. Some forty curves of seven shapes
     /// are compared; two standard errors by chance are rare even so. Judgement.

@@ -297,7 +297,8 @@ impl Diagnosis<'_> {
                 }
             };
             let p_value = self.p_of_the_search(trial);
-            if self.criteria().may_be_chance(p_value) {
+            let is_first = present.model.model.effects.is_empty();
+            if !is_first && self.criteria().may_be_chance(p_value) {
                 let why = format!("among {} models tried such a gain comes by chance (p = {p_value:.2})", self.tried);
                 self.reject(trial, why);
                 continue;
