@@ -261,11 +261,11 @@ fn one_top_is_finished_before_the_next_one() {
         [x, y, hill(-4.5) + hill(4.5)]
     });
     let words = ["--feed", "960", "--reference-force", "50", "--scallop", "0.04", "--shallowest", "20"];
-    // Between the hills, where the level lines bend most, few places are left with more than the scallop limit: that is said, exit code 1.
-    let run = Run::new(&mesh, &words, str::to_owned);
-    assert!(matches!(run.out.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&run.out.stderr));
+    // Between the hills, where the level lines bend most, the passes of the first plan leave more than the scallop limit; those of the
+    // second, planned for less, do not.
+    let run = Run::new(&mesh, &words, str::to_owned).done();
     let report = run.report();
-    assert!(report["varying"]["scallop_beyond_percent"].as_f64().unwrap() < 1.0, "{report}");
+    assert!(report["varying"]["scallop_beyond_percent"].as_f64().unwrap() == 0.0, "{report}");
     let text = run.text();
     // The safe height is written once a retract: a rapid in Z alone.
     let retracts = text.lines().filter(|line| line.starts_with("G0 Z")).count();
