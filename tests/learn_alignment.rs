@@ -17,7 +17,7 @@ use feedwright::learn::calibrate::plan::{Kind, plan};
 use feedwright::learn::dataset::binning::channels;
 use feedwright::learn::log::read_log;
 use feedwright::learn::program::simulated::{SimulatedProgram, simulate};
-use feedwright::learn::session::{LogOptions, aligned, learn};
+use feedwright::learn::session::{LogOptions, aligned, dataset_of, learn};
 use feedwright::machine::Job;
 use generator::cases::Case;
 use generator::motion::Moment;
@@ -223,6 +223,34 @@ fn by_line_numbers_the_same_log_is_tied_within_what_is_stated() {
     let u = found.uncertainty_s;
     let within = |by: f64| errors.iter().filter(|e| **e <= by).count() as f64 / errors.len() as f64;
     assert!(u < 0.2 && within(u) > 0.6 && within(3.0 * u) > 0.95, "{u} {} {}", within(u), within(3.0 * u));
+}
+
+#[test]
+fn wherever_a_load_is_predicted_the_cut_that_carries_it_is_described() {
+    let job = common::follow::job();
+    let plan = plan(Kind::Power, &job).unwrap();
+    // So many readings that several share a cell, whose middle may lie in air where one of them is in the cut.
+    let text = common::follow::log(&common::follow::follow(&plan.program, 5.0), "spindle_power_w", |s| {
+        format!("{:.1}", 300.0 + s.cut.map_or(0.0, |(axial, radial)| 30.0 * axial * radial))
+    });
+    let prepared = simulate(plan.program.as_bytes(), &job, false).unwrap();
+    let (heads, rows) = text.split_once('\n').unwrap();
+    let often = |line: &str| {
+        let (time_s, rest) = line.split_once(',').unwrap();
+        let time_s: f64 = time_s.parse().unwrap();
+        (0..5).map(|k| format!("{:.4},{rest}\n", time_s + 0.004 * f64::from(k))).collect::<String>()
+    };
+    let log = read_log(format!("{heads}\n{}", rows.lines().map(often).collect::<String>()).as_bytes(), &[]).unwrap();
+    let (data, ..) = dataset_of(&prepared, &job, &log, &channels(&log)).unwrap();
+    let k_tc = data.base.iter().position(|base| base.name == "k_tc").unwrap();
+    let loaded: Vec<usize> = (0..data.len()).filter(|i| data.columns[k_tc][*i] > 1e-9).collect();
+    let described = loaded.iter().filter(|i| {
+        let state = &data.state[**i];
+        let of_cut = [state.cutting_speed_mm_s, state.feed_per_tooth_mm, state.axial_depth_mm, state.radial_depth_mm];
+        of_cut.iter().all(|value| *value > 0.0)
+    });
+    assert!(loaded.len() > 100);
+    assert_eq!(described.count(), loaded.len());
 }
 
 #[test]

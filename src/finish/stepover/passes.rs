@@ -493,3 +493,35 @@ fn pass_along(
     stretches.retain(|stretch| stretch.len() > 1);
     Pass { stretches, back: way < 0.0, level_mm: None }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Y of the pass after one at 0 with a step of 1 mm, if beside it another stretch of the surface starts at `start_mm`.
+    fn next_mm(start_mm: f64) -> f64 {
+        let columns = Columns {
+            first_mm: 0.0,
+            column_mm: 1.0,
+            stretches: vec![vec![[0.0, 20.0]], vec![[0.0, 20.0]], vec![[start_mm, 20.0]], vec![[start_mm, 20.0]]],
+        };
+        let allowed: Vec<Allowed> =
+            (0..4).map(|_| Allowed { steps: vec![(1.0, StepLimit::Scallop)], reach: None }).collect();
+        let required = Requirements {
+            bounds: Bounds { scallop_mm: 0.01, least_mm: 0.1, largest_mm: 2.0 },
+            reference_n: 10.0,
+            feeds_mm_s: vec![10.0],
+            turn: 0.0,
+            constant: None,
+        };
+        let next = next_pass(&columns, &[0.0; 4], &allowed, &[0; 4], (&required, 0)).next;
+        assert!(next.iter().all(|y| (y - next[0]).abs() < 1e-12), "a straight pass: {next:?}");
+        next[0]
+    }
+
+    #[test]
+    fn a_stretch_that_starts_less_than_a_quarter_of_a_step_before_a_pass_shares_it_and_an_earlier_one_pulls_it_back() {
+        assert!((next_mm(0.76) - 1.0).abs() < 1e-12 && (next_mm(3.0) - 1.0).abs() < 1e-12);
+        assert!((next_mm(0.7) - 0.95).abs() < 1e-12 && (next_mm(0.2) - 0.45).abs() < 1e-12);
+    }
+}

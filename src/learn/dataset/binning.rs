@@ -265,6 +265,8 @@ impl PlacedLog<'_> {
         // Sums over the cell of removal rate, contact rate and both weighted with the up share, for covariates that are
         // their ratios.
         let mut rates = [0.0; 4];
+        // Most removal by a spot, and the spot.
+        let mut loaded: (f64, Option<usize>) = (0.0, None);
         for &i in members {
             let at_s = self.aligned.program_s[i];
             let declared = |k: usize| &self.known.timeline.spots[k].engaged;
@@ -286,6 +288,9 @@ impl PlacedLog<'_> {
                     (spot.engaged.section_mm2 * speed_mm_s, spot.engaged.contact_mm2 * self.rps(i, spot));
                 let more = [removed, swept, removed * spot.engaged.up_share_chip, swept * spot.engaged.up_share];
                 rates.iter_mut().zip(more).for_each(|(r, m)| *r += share * m);
+                if share * removed > loaded.0 {
+                    loaded = (share * removed, Some(index));
+                }
                 for (sums, (offset, phase)) in variants[first..last].iter_mut().zip(runouts()) {
                     let change = &self.known.timeline.runouts[index][offset][phase];
                     for (b, sum) in sums.iter_mut().enumerate() {
@@ -320,7 +325,7 @@ impl PlacedLog<'_> {
         let spot = self.spot[members[members.len() / 2]].unwrap_or(0);
         let operation = Operation::of(&self.known.timeline.spots[spot]);
         data.kind.push(self.operations.binary_search(&operation).unwrap_or(self.operations.len()));
-        let mut state = self.state(members);
+        let mut state = self.state(members, loaded.1);
         if rates[0] > 1e-9 && rates[1] > 1e-9 {
             state.chip_thickness_mm = rates[0] / rates[1];
             state.up_share_chip = rates[2] / rates[0];

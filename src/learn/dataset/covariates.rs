@@ -33,11 +33,18 @@ impl PlacedLog<'_> {
         [v / members.len() as f64, if v_a > 0.0 { v_a / v } else { least }]
     }
 
-    /// State of a cell at the mean program time of its samples.
-    pub(in crate::learn) fn state(&self, members: &[usize]) -> State {
+    /// Does the tool remove anything on this spot?
+    fn cuts(&self, spot: usize) -> bool {
+        self.known.timeline.spots[spot].engaged.section_mm2 > 1e-6
+    }
+
+    /// State of a cell at the mean program time of its samples. If the tool is in air then, at the nearest end of `loaded`, the spot that
+    /// carries most of the cell's load: what describes a cut is known where there is a load.
+    pub(in crate::learn) fn state(&self, members: &[usize], loaded: Option<usize>) -> State {
         let mean = |of: &[f64]| members.iter().map(|i| of[*i]).sum::<f64>() / members.len() as f64;
         let program_s = mean(&self.aligned.program_s);
-        let index = self.known.timeline.at(program_s).unwrap_or(0);
+        let in_middle = self.known.timeline.at(program_s).unwrap_or(0);
+        let index = if self.cuts(in_middle) { in_middle } else { loaded.unwrap_or(in_middle) };
         let (spot, history) = (&self.known.timeline.spots[index], &self.history[index]);
         let e = &spot.engaged;
         let rps = self.rps(members[members.len() / 2], spot);
@@ -55,7 +62,7 @@ impl PlacedLog<'_> {
         [state.path_speed_mm_s, state.path_acceleration_mm_s2] = self.mean_motion(members);
         state.tare_share = self.tare_shape(rps);
         state.position = spot.from + (spot.to - spot.from) * share;
-        let Some(tool) = tool.filter(|_| e.section_mm2 > 1e-6 && rps > 0.0) else { return state };
+        let Some(tool) = tool.filter(|_| self.cuts(index) && rps > 0.0) else { return state };
         let left = crate::path::Vec3::new(-spot.direction.y, spot.direction.x, 0.0);
         let feed_ratio = members.iter().map(|i| self.feed_ratio(*i)).sum::<f64>() / members.len() as f64;
         let speed = feed_ratio * spot.speed_mm_s();

@@ -166,14 +166,30 @@ impl Diagnosis<'_> {
         }
     }
 
+    /// The named rival whose law the curve `best` is a shape of, if it takes nearly as much. What the law lacks is added beside it
+    /// as a curve.
+    fn law_of<'a>(&mut self, best: &Rival, least: &[f64], contest: &'a Contest) -> Option<&'a Rival> {
+        let Rival::Curve(curve) = best else { return None };
+        let present = &contest.present;
+        let drop = |left: &[f64]| self.drop_of(&present.left, left);
+        let is_law = |(rival, left): &&(Rival, Vec<f64>)| {
+            let Rival::Named(trial) = rival else { return false };
+            trial.effect.knows(curve.covariate, curve.effect.multiplies)
+                && self.criteria().takes_as_much(drop(left) / drop(least).max(1e-12))
+        };
+        let laws: Vec<&Rival> = contest.rivals.iter().filter(is_law).map(|(rival, _)| rival).collect();
+        laws.into_iter().find(|law| matches!(law, Rival::Named(trial) if self.tested(present, trial).is_ok()))
+    }
+
     /// The model with the best rival, if it is clearly better than the effect with any curve over its own covariates,
     /// and passes every test of an added effect.
     fn winner(&mut self, contest: &Contest) -> Option<Fitted> {
         let Contest { own, present, shaped, rivals, .. } = contest;
-        let (rival, left) = rivals.first()?;
-        if !self.takes_the_place(rival, shaped, left) {
+        let (best, least) = rivals.first()?;
+        if !self.takes_the_place(best, shaped, least) {
             return None;
         }
+        let rival = self.law_of(best, least, contest).unwrap_or(best);
         let (trial, why) = match rival {
             Rival::Named(trial) => {
                 self.tested(present, trial).ok()?;
@@ -256,6 +272,33 @@ mod tests {
         let Outcome::Exchanged(fitted) = contested(&data) else { panic!("the name stays") };
         let names: Vec<&str> = fitted.model.effects.iter().map(|each| each.effect.name).collect();
         assert_eq!(names, ["unnamed-load-z"]);
+    }
+
+    #[test]
+    fn a_name_gives_way_to_the_law_of_the_curve_that_explains_more_where_the_law_takes_nearly_as_much() {
+        // Chips of four thicknesses; three of four blocks with thin ones are cut up, three of four with thick ones climb.
+        let thin = by_turns(4);
+        let up = |block: usize| if block.is_multiple_of(4) { -thin(block) } else { thin(block) };
+        let h_mm = |block: usize| [0.02, 0.03, 0.06, 0.09][usize::from(thin(block) < 0.0) * 2 + block / 8 % 2];
+        let given_way = |shares: [f64; 4]| {
+            let share = |block: usize| shares[usize::from(thin(block) < 0.0) * 2 + block / 8 % 2];
+            let mut data = blocks(up, by_turns(1), share);
+            for (i, state) in data.state.iter_mut().enumerate() {
+                state.chip_thickness_mm = h_mm(i / EACH);
+            }
+            let split = fifths(&data);
+            let [up_down, size] = ["up-down-asymmetry", "size-effect"].map(|name| named(name).unwrap());
+            let options = Options { candidates: vec![up_down, size], ..Options::default() };
+            let each = FittedEffect { effect: up_down, values: vec![0.1, 0.0], free: vec![true, false] };
+            let model = fit(&data, &[each], FORM_ROUNDS).unwrap();
+            let Outcome::Exchanged(fitted) = begun(&data, &split, &options, 1.0).contested(&model, true) else {
+                panic!("the name stays")
+            };
+            fitted.model.effects[0].effect.name
+        };
+        // Nearly (h/h₀)^−p, which a curve fits a little better; then a load that no law of thin chips has.
+        assert_eq!(given_way([0.28, 0.15, -0.05, -0.2]), "size-effect");
+        assert_eq!(given_way([0.0, 0.3, 0.0, -0.3]), "unnamed-load-chip-thickness");
     }
 
     #[test]
