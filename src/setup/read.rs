@@ -43,6 +43,10 @@ pub enum Sense {
 /// a setup is so small. Our judgement.
 const LEAST: f64 = 1e-12;
 
+/// Largest number that is accepted, in internal units: a tare of 10³⁰⁸ W ends as an infinite load in the reports. No real quantity of a setup
+/// is so large. Our judgement.
+const LARGEST: f64 = 1e15;
+
 /// The state of one reading.
 pub struct Reader<'a> {
     text: &'a str,
@@ -176,6 +180,7 @@ fn as_written(quantity: &Quantity) -> String {
 
 fn senseless(value: f64, sense: Sense) -> Option<String> {
     match sense {
+        _ if value.abs() > LARGEST => Some("it is larger than anything that can be measured".into()),
         Sense::NotNegative if value < 0.0 => Some("it must be zero or more".into()),
         Sense::Positive if value <= 0.0 => {
             Some("it must be more than zero; leave the key out if it is not known".into())
@@ -231,6 +236,13 @@ mod tests {
         assert_eq!(&text[locate(text, "tool[T3].helix").unwrap()], "90");
         assert_eq!(&text[locate(text, "stock[1].uncertainty").unwrap()], "7");
         assert!(locate(text, "limits.power").is_none());
+    }
+
+    #[test]
+    fn numbers_that_nothing_measures_are_refused() {
+        assert!(senseless(1e16, Sense::NotNegative).is_some() && senseless(-1e16, Sense::Any).is_some());
+        assert!(senseless(1e14, Sense::NotNegative).is_none() && senseless(-1e14, Sense::Any).is_none());
+        assert!(senseless(1e-13, Sense::Positive).is_some() && senseless(1e-11, Sense::Positive).is_none());
     }
 
     #[test]
