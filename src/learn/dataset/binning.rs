@@ -265,7 +265,7 @@ impl PlacedLog<'_> {
         // Sums over the cell of removal rate, contact rate and both weighted with the up share, for covariates that are
         // their ratios.
         let mut rates = [0.0; 4];
-        // Most removal by a spot, and the spot.
+        // The spot that removes most in the cell: its removal rate times its share, and its index.
         let mut loaded: (f64, Option<usize>) = (0.0, None);
         for &i in members {
             let at_s = self.aligned.program_s[i];

@@ -38,8 +38,8 @@ impl PlacedLog<'_> {
         self.known.timeline.spots[spot].engaged.section_mm2 > 1e-6
     }
 
-    /// State of a cell at the mean program time of its samples. If the tool is in air then, at the nearest end of `loaded`, the spot that
-    /// carries most of the cell's load: what describes a cut is known where there is a load.
+    /// State of a cell at the mean program time of its samples. If the tool is in air at that time but one of the samples is in a cut, the cut
+    /// is described: `loaded` is the spot that carries most of the cell's load, and its end nearest to that time counts.
     pub(in crate::learn) fn state(&self, members: &[usize], loaded: Option<usize>) -> State {
         let mean = |of: &[f64]| members.iter().map(|i| of[*i]).sum::<f64>() / members.len() as f64;
         let program_s = mean(&self.aligned.program_s);

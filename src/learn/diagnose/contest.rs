@@ -166,8 +166,8 @@ impl Diagnosis<'_> {
         }
     }
 
-    /// The named rival whose law the curve `best` is a shape of, if it takes nearly as much. What the law lacks is added beside it
-    /// as a curve.
+    /// The named rival that follows the covariate of the curve `best`, passes every test and lowers the held-out error nearly as much. What its
+    /// law lacks may be added beside it as a curve.
     fn law_of<'a>(&mut self, best: &Rival, least: &[f64], contest: &'a Contest) -> Option<&'a Rival> {
         let Rival::Curve(curve) = best else { return None };
         let present = &contest.present;
