@@ -559,6 +559,16 @@ fn programs_that_were_found_are_refused_or_worked() {
     }
 }
 
+/// An axis is as fast as the rapid where nothing else is said, however slow that is: rounded to whole mm/min it stood still, and every time
+/// was none.
+#[test]
+fn a_rapid_of_less_than_half_a_mm_a_minute_has_its_times() {
+    for rapid in ["0.4", "1e-9"] {
+        let setup = SETUP.replace("rapid = 15000", &format!("rapid = {rapid}"));
+        assert_eq!(fault(&by_hand(PLAIN.as_bytes(), &setup, &["--stress", "--confidence", "0.9"])), None, "{rapid}");
+    }
+}
+
 /// A mark of UTF-8 at the beginning stays, and what follows it is read as ever; UTF-16 is refused.
 #[test]
 fn marks_of_an_encoding_are_kept_or_refused() {

@@ -37,7 +37,8 @@ pub struct Environment<'a> {
     /// Subprograms in other files.
     pub load: Loader<'a>,
     /// How much loops and calls may execute beyond one pass through the text before the program counts as endless: bytes of text, plus 32
-    /// for each block.
+    /// for each block. 64 MB are 1.2 million blocks of 24 bytes, 1.5 s of reading; `optimize` and the proof read a program five times, and an
+    /// endless one is to be refused within 20 s on a busy machine.
     pub max_repeated_bytes: u64,
     /// Deepest nesting of calls.
     pub max_depth: usize,
@@ -64,7 +65,7 @@ impl Default for Environment<'_> {
             block_delete: false,
             inch: false,
             load: &no_files,
-            max_repeated_bytes: 1 << 27,
+            max_repeated_bytes: 1 << 26,
             max_depth: 50,
         }
     }

@@ -108,6 +108,11 @@ fn all_axes(reader: &mut Reader, axes: &AxesTable, rapid_mm_min: f64) -> [Axis; 
         .map(|(name, table)| axis(reader, name, table.as_ref().unwrap_or(&nothing), rapid_mm_min))
 }
 
+/// A number that was converted and is converted back, as it was written: with nine significant digits, for 15000.000000000002 is 15000.
+fn as_written(converted: f64) -> f64 {
+    format!("{converted:.8e}").parse().unwrap_or(converted)
+}
+
 fn axis(reader: &mut Reader, name: &str, table: &AxisTable, rapid_mm_min: f64) -> Axis {
     let key = |what: &str| format!("machine.axes.{name}.{what}");
     Axis {
@@ -116,7 +121,7 @@ fn axis(reader: &mut Reader, name: &str, table: &AxisTable, rapid_mm_min: f64) -
             table.velocity.as_ref(),
             Dimension::Feed,
             Sense::Positive,
-            rapid_mm_min.round(),
+            as_written(rapid_mm_min),
         ),
         acceleration_mm_s2: reader.or(
             &key("acceleration"),

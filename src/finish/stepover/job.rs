@@ -562,3 +562,27 @@ fn safe(surface: &Surface, job: &Job, stock_mm: f64) -> f64 {
     let tops = tops.chain(job.fixtures.iter().map(|fixture| fixture.max.z));
     tops.fold(surface.extent.max.z + stock_mm, f64::max) + ABOVE_MM
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A limit of a quarter of the tolerance leaves no scallop to plan for; a little more leaves that little.
+    #[test]
+    fn the_first_plan_is_for_a_scallop_lower_by_a_quarter_of_the_tolerance() {
+        let ask = |scallop_mm| Request {
+            tool: None,
+            rps: None,
+            feed_mm_s: None,
+            force_n: None,
+            scallop_mm,
+            stock_mm: 0.1,
+            step_over_mm: [None; 2],
+            layout: Layout::Contour { shallowest_rad: 0.5 },
+            tolerance_mm: 0.04,
+        };
+        let refused = below_mm(&ask(0.01)).unwrap_err().to_string();
+        assert!(refused.contains("0.01 mm leaves nothing"), "{refused}");
+        assert_eq!(below_mm(&ask(0.0101)), Ok(0.01));
+    }
+}
