@@ -1,7 +1,7 @@
 //! Comparisons for passes of varying step-over. In: columns, their plan. Out: lower bounds of the time, and the best
 //! plan of a constant step-over.
 
-use super::least_time::{headings, least_s};
+use super::least_time::{Alike, headings, least_s};
 use super::passes::{self, Columns, Constant, Plan, Requirements};
 use super::reach::{Place, ToolOnSurface};
 use std::f64::consts::PI;
@@ -13,12 +13,13 @@ const ROUND: usize = 8;
 
 /// Least time of any passes, s.
 pub fn least_of_any_s(on_surface: &ToolOnSurface, places: &[Place], required: &Requirements) -> f64 {
-    least_s(on_surface, places, required, &headings(PI, ROUND))
+    least_s(on_surface, places, [required], &headings(PI, ROUND))[0]
 }
 
-/// Least time of passes within the allowed slope, s.
-pub fn least_alike_s(on_surface: &ToolOnSurface, places: &[Place], required: &Requirements) -> f64 {
-    least_s(on_surface, places, required, &headings(required.turn.atan(), if required.turn > 0.0 { FAN } else { 1 }))
+/// Least times of passes within the allowed slope, s.
+pub fn least_alike_s<const N: usize>(on_surface: &ToolOnSurface, places: &[Place], required: Alike<N>) -> [f64; N] {
+    let turn = required[0].turn;
+    least_s(on_surface, places, required, &headings(turn.atan(), if turn > 0.0 { FAN } else { 1 }))
 }
 
 /// The best plan of one step-over and one feed that keep force and scallop at all places of the varying plan, except

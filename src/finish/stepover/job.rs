@@ -307,14 +307,15 @@ pub fn run(
     let constant = rival
         .map(|(step, feed_mm_s, drawn)| Ok::<_, Refusal>(Rival { step, feed_mm_s, program: finish(drawn)? }))
         .transpose()?;
-    let least = |required: &Requirements| pass_area.least_alike_s(&on_surface, &places, required);
-    let least_s = [least(&required), comparison::least_of_any_s(&on_surface, &places, &required)];
     let more_force = Requirements { reference_n: (1.0 + PRICE) * reference_n, ..required.clone() };
     let more_scallop =
         Requirements { bounds: Bounds { scallop_mm: (1.0 + PRICE) * bounds.scallop_mm, ..bounds }, ..required.clone() };
+    let [least, least_with_force] = pass_area.least_alike_s(&on_surface, &places, [&required, &more_force]);
+    let [least_with_scallop] = pass_area.least_alike_s(&on_surface, &places, [&more_scallop]);
+    let least_s = [least, comparison::least_of_any_s(&on_surface, &places, &required)];
     let prices = [
-        (least(&more_force) - least_s[0]) / (PRICE * reference_n),
-        (least(&more_scallop) - least_s[0]) / (PRICE * 1e3 * bounds.scallop_mm),
+        (least_with_force - least) / (PRICE * reference_n),
+        (least_with_scallop - least) / (PRICE * 1e3 * bounds.scallop_mm),
     ];
     let left_out = left_out.map(|left| LeftOut { strips_mm2: varying.plan.strips_mm2, ..left });
     let varying = finish(varying)?;

@@ -3,7 +3,7 @@
 
 use super::comparison;
 use super::contour;
-use super::least_time::least_of_one_height_s;
+use super::least_time::{Alike, least_of_one_height_s};
 use super::levels::Grid;
 use super::passes::{self, Columns, Constant, Plan, Requirements};
 use super::reach::{Place, ToolOnSurface};
@@ -92,8 +92,13 @@ impl PassArea {
         }
     }
 
-    /// Lower bound of the time of passes with this layout, s.
-    pub fn least_alike_s(&self, on_surface: &ToolOnSurface, places: &[Place], required: &Requirements) -> f64 {
+    /// Lower bounds of the time of passes with this layout, s.
+    pub fn least_alike_s<const N: usize>(
+        &self,
+        on_surface: &ToolOnSurface,
+        places: &[Place],
+        required: Alike<N>,
+    ) -> [f64; N] {
         match self {
             PassArea::Columns(_) => comparison::least_alike_s(on_surface, places, required),
             PassArea::Steep(_) => least_of_one_height_s(on_surface, places, required),

@@ -26,51 +26,64 @@ pub fn headings(half_rad: f64, count: usize) -> Vec<[f64; 2]> {
     (0..count).map(|k| [angle(k).cos(), angle(k).sin()]).collect()
 }
 
-/// Least time over the places, s; places that no pass can cut do not count. `headings`: those allowed.
-pub fn least_s(on_surface: &ToolOnSurface, places: &[Place], required: &Requirements, headings: &[[f64; 2]]) -> f64 {
+/// Requirements that differ in the reference force alone: the loads at a place serve all of them.
+pub type Alike<'a, const N: usize> = [&'a Requirements; N];
+
+/// Least times over the places, s; places that no pass can cut do not count. `headings`: those allowed.
+pub fn least_s<const N: usize>(
+    on_surface: &ToolOnSurface,
+    places: &[Place],
+    required: Alike<N>,
+    headings: &[[f64; 2]],
+) -> [f64; N] {
     let time = |(p, area): &Place| {
         let ways = headings.iter().flat_map(|d| [1.0, -1.0].map(|side| (*d, [-side * d[1], side * d[0]])));
-        time_s(
-            *area,
-            ways.filter_map(|(heading, side)| rate(on_surface, *p, (heading, side), (required, &required.bounds))),
-        )
+        let bounds = &required[0].bounds;
+        times_s(*area, ways.filter_map(|way| rates(on_surface, *p, way, (required, bounds))))
     };
-    let times: Vec<f64> = places.par_iter().map(time).collect();
-    times.iter().sum()
+    summed(places, time)
 }
 
-/// Least time of passes of one height over the places, s; their step-overs are bounded along the surface.
-pub fn least_of_one_height_s(on_surface: &ToolOnSurface, places: &[Place], required: &Requirements) -> f64 {
+/// Least times of passes of one height over the places, s; their step-overs are bounded along the surface.
+pub fn least_of_one_height_s<const N: usize>(
+    on_surface: &ToolOnSurface,
+    places: &[Place],
+    required: Alike<N>,
+) -> [f64; N] {
     let time = |(p, area): &Place| {
-        let Some(contact) = on_surface.dropper.drop(*p) else { return 0.0 };
-        let bounds = bounds_at(&required.bounds, &contact);
+        let Some(contact) = on_surface.dropper.drop(*p) else { return [0.0; N] };
+        let bounds = bounds_at(&required[0].bounds, &contact);
         let down = downhill(&contact);
-        time_s(
-            *area,
-            down.and_then(|down| rate(on_surface, *p, (heading(down), down), (required, &bounds))).into_iter(),
-        )
+        let rates = down.and_then(|down| rates(on_surface, *p, (heading(down), down), (required, &bounds)));
+        times_s(*area, rates.into_iter())
     };
-    let times: Vec<f64> = places.par_iter().map(time).collect();
-    times.iter().sum()
+    summed(places, time)
 }
 
-/// Time of an area at the best of some rates, s; 0 without a rate.
-fn time_s(area_mm2: f64, rates: impl Iterator<Item = f64>) -> f64 {
-    let best = rates.fold(0.0, f64::max);
-    if best > 0.0 { area_mm2 / best } else { 0.0 }
+fn summed<const N: usize>(places: &[Place], times_s: impl Fn(&Place) -> [f64; N] + Sync + Send) -> [f64; N] {
+    let times: Vec<[f64; N]> = places.par_iter().map(times_s).collect();
+    times.iter().fold([0.0; N], |sum, times| std::array::from_fn(|k| sum[k] + times[k]))
 }
 
-/// Largest area per second that a pass clears at a place, seen from above, mm²/s.
-fn rate(
+/// Times of an area at the best of some rates, s; 0 without a rate.
+fn times_s<const N: usize>(area_mm2: f64, rates: impl Iterator<Item = [f64; N]>) -> [f64; N] {
+    let best = rates.fold([0.0f64; N], |best, rate| std::array::from_fn(|k| best[k].max(rate[k])));
+    best.map(|best| if best > 0.0 { area_mm2 / best } else { 0.0 })
+}
+
+/// Largest areas per second that a pass clears at a place, seen from above, mm²/s.
+fn rates<const N: usize>(
     on_surface: &ToolOnSurface,
     p: [f64; 2],
-    (heading, side): ([f64; 2], [f64; 2]),
-    (required, bounds): (&Requirements, &Bounds),
-) -> Option<f64> {
-    let reach = on_surface.reach(p, (heading, side), bounds)?;
-    let by_feed = required.feeds_mm_s.iter().map(|feed| feed * reach.step_mm(*feed, required.reference_n).0);
-    let by_step = reach.steps().iter().map(|(step, line)| step * required.fastest_mm_s(line));
-    Some(by_feed.chain(by_step).fold(0.0, f64::max) / reach.longer)
+    way: ([f64; 2], [f64; 2]),
+    (required, bounds): (Alike<N>, &Bounds),
+) -> Option<[f64; N]> {
+    let reach = on_surface.reach(p, way, bounds)?;
+    Some(required.map(|required| {
+        let by_feed = required.feeds_mm_s.iter().map(|feed| feed * reach.step_mm(*feed, required.reference_n).0);
+        let by_step = reach.steps().iter().map(|(step, line)| step * required.fastest_mm_s(line));
+        by_feed.chain(by_step).fold(0.0, f64::max) / reach.longer
+    }))
 }
 
 #[cfg(test)]

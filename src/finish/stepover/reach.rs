@@ -16,8 +16,13 @@ use crate::path::Vec3;
 const LOOKS: usize = 5;
 /// Iterations that refine the step-over of a force: to about 0.1 %.
 const SETTLING: u32 = 4;
-/// Bisections for the step-over of a scallop: to 0.1 % of the range.
+/// Bisections for the step-over at which the next pass leaves the surface: to 0.1 % of the range.
 const HALVINGS: u32 = 10;
+/// Share by which the scallop at the step-over found may be below its limit: 10⁻⁵ of the step-over, as √scallop grows
+/// with it. Prices are differences of 0.5 % of the step-over.
+const NEAR: f64 = 2e-5;
+/// Most places looked at for the step-over of a scallop.
+const MOST_LOOKS: u32 = 12;
 /// Distance over which curvature is measured, over the corner radius of the tool: longer than facets, shorter than
 /// features of the surface.
 const CURVATURE_SPAN: f64 = 0.25;
@@ -68,8 +73,6 @@ pub struct Reach {
 /// The tool at a place.
 #[derive(Debug, Clone)]
 pub struct ToolAt {
-    /// Contact with the surface.
-    pub contact: Contact,
     /// Tip, mm.
     pub tip: Vec3,
     /// Unit feed direction.
@@ -87,22 +90,31 @@ impl ToolOnSurface<'_> {
 
     /// The tool at a place with a horizontal heading, beside another pass; `None` off the surface.
     pub fn here(&self, p: [f64; 2], heading: [f64; 2], beside: Beside) -> Option<ToolAt> {
-        let shape = self.dropper.shape();
         let contact = self.dropper.drop(p)?;
-        let tip = Vec3::new(p[0], p[1], contact.tip_mm);
-        let tangent = along(&contact.normal, heading);
-        let section = Section::new(shape, tip, tangent, &self.ground(p, &contact, heading), beside);
-        Some(ToolAt { contact, tip, tangent, scallop_mm: section.scallop_mm(), section })
+        let turn_per_mm = if self.one_height { self.turn(p, &contact, heading) } else { 0.0 };
+        let ground = Ground { turn_per_mm, ..self.straight_ground(p, &contact, heading) };
+        let (tip, tangent) = (Vec3::new(p[0], p[1], contact.tip_mm), along(&contact.normal, heading));
+        let section = Section::new(self.dropper.shape(), tip, tangent, &ground, beside);
+        Some(ToolAt { tip, tangent, scallop_mm: section.scallop_mm(), section })
     }
 
-    /// Surface and stock under the tool at a place, with a horizontal heading.
-    fn ground(&self, p: [f64; 2], contact: &Contact, heading: [f64; 2]) -> Ground {
+    /// Scallop towards a neighbouring pass of the tool at a place with a horizontal heading, mm; `None` off the surface. It is that of
+    /// [`Self::here`] for half of the work: whether the pass is curved is of no matter to it.
+    fn scallop_mm(&self, p: [f64; 2], heading: [f64; 2], beside: Beside) -> Option<f64> {
+        let contact = self.dropper.drop(p)?;
+        let ground = self.straight_ground(p, &contact, heading);
+        let (tip, tangent) = (Vec3::new(p[0], p[1], contact.tip_mm), along(&contact.normal, heading));
+        Some(Section::new(self.dropper.shape(), tip, tangent, &ground, beside).scallop_mm())
+    }
+
+    /// Surface and stock under the tool at a place of a straight pass, with a horizontal heading.
+    fn straight_ground(&self, p: [f64; 2], contact: &Contact, heading: [f64; 2]) -> Ground {
         Ground {
             contact: contact.point,
             normal: contact.normal,
             curvature_per_mm: self.curvature(p, contact, &along(&contact.normal, heading)),
             stock_mm: (self.stock_mm)(contact),
-            turn_per_mm: if self.one_height { self.turn(p, contact, heading) } else { 0.0 },
+            turn_per_mm: 0.0,
         }
     }
 
@@ -110,7 +122,7 @@ impl ToolOnSurface<'_> {
     /// tip at the second; neither need rest on the surface. `None` off the surface.
     pub fn scallop_between_mm(&self, p: [f64; 2], heading: [f64; 2], [tip, before]: [Vec3; 2]) -> Option<f64> {
         let contact = self.dropper.drop(p)?;
-        let (ground, tangent) = (self.ground(p, &contact, heading), along(&contact.normal, heading));
+        let (ground, tangent) = (self.straight_ground(p, &contact, heading), along(&contact.normal, heading));
         let rests = Vec3::new(p[0], p[1], contact.tip_mm);
         Some(Section::new(self.dropper.shape(), tip, tangent, &ground, Beside::Pass(before)).scallop_off_mm(rests))
     }
@@ -208,15 +220,16 @@ impl ToolOnSurface<'_> {
     pub fn reach(&self, p: [f64; 2], (heading, side): ([f64; 2], [f64; 2]), bounds: &Bounds) -> Option<Reach> {
         let contact = self.dropper.drop(p)?;
         let before = Beside::Pass(Vec3::new(p[0], p[1], contact.tip_mm));
-        let next = |step: f64| self.here([p[0] + step * side[0], p[1] + step * side[1]], heading, before);
-        let fits = |step: f64| next(step).is_none_or(|here| here.scallop_mm <= bounds.scallop_mm);
+        let at = |step: f64| [p[0] + step * side[0], p[1] + step * side[1]];
+        let scallop = |step: f64| self.scallop_mm(at(step), heading, before).map_or(0.0, |mm| mm / bounds.scallop_mm);
         // Beyond the rim the tool rests on an edge, where the scallop has no meaning.
-        let on = |step: f64| next(step).is_some_and(|here| !here.contact.rim);
+        let on = |step: f64| self.dropper.drop(at(step)).is_some_and(|contact| !contact.rim);
         let (least, largest) = (bounds.least_mm, bounds.largest_mm);
         let last = if on(largest) { largest } else { bisect(on, least, largest, HALVINGS)[0] };
-        let low = if fits(last) { largest } else { bisect(fits, least, last, HALVINGS)[0] };
-        let at = |k: usize| bounds.least_mm + (low - bounds.least_mm) * k as f64 / (LOOKS - 1) as f64;
-        let steps = (0..LOOKS).filter_map(|k| Some((at(k), self.line(&next(at(k))?)))).collect();
+        let low = last_within(scallop, least, last).unwrap_or(largest);
+        let look = |k: usize| least + (low - least) * k as f64 / (LOOKS - 1) as f64;
+        let line = |step: f64| Some((step, self.line(&self.here(at(step), heading, before)?)));
+        let steps = (0..LOOKS).filter_map(|k| line(look(k))).collect();
         let longer = along(&contact.normal, heading).xy().norm().recip();
         Some(Reach { by_scallop_mm: low, longer, leans: leans(&contact.normal, heading), steps })
     }
@@ -251,6 +264,40 @@ impl Reach {
     }
 }
 
+/// The step-over between two, mm, whose scallop is at most the limit and at least 1 − [`NEAR`] of it; the least one if
+/// every scallop is above the limit, `None` if even the largest one is within it. `scallop`: height over its limit.
+fn last_within(scallop: impl Fn(f64) -> f64, least_mm: f64, most_mm: f64) -> Option<f64> {
+    // √scallop is about proportional to the step-over (h ≈ s²/8r), so that few looks suffice; a scallop without bound is a
+    // high one. Aimed at the middle of what is near enough.
+    let off = |step: f64| scallop(step).min(4.0).sqrt() - (1.0 - 0.5 * NEAR).sqrt();
+    let near = 0.25 * NEAR;
+    let (mut low, mut high) = ((least_mm, off(least_mm)), (most_mm, off(most_mm)));
+    if high.1 <= near {
+        return None;
+    }
+    if low.1 > near {
+        return Some(least_mm);
+    }
+    // Regula falsi with the Illinois modification (Dowell and Jarratt 1971).
+    let mut last_was_high = None;
+    for _ in 0..MOST_LOOKS {
+        let step = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
+        let here = off(step);
+        if here.abs() <= near {
+            return Some(step);
+        }
+        let is_high = here > 0.0;
+        let again = last_was_high == Some(is_high);
+        let (moved, kept) = if is_high { (&mut high, &mut low) } else { (&mut low, &mut high) };
+        *moved = (step, here);
+        if again {
+            kept.1 *= 0.5;
+        }
+        last_was_high = Some(is_high);
+    }
+    Some(low.0)
+}
+
 /// Unit feed direction along a surface with this normal, above a horizontal heading.
 fn along(normal: &Vec3, heading: [f64; 2]) -> Vec3 {
     let rise = -(heading[0] * normal.x + heading[1] * normal.y) / normal.z.max(1e-6);
@@ -270,4 +317,37 @@ fn bend(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     let length = |v: [f64; 2]| (v[0] * v[0] + v[1] * v[1]).sqrt();
     let product = length(ab) * length(bc) * length(ac);
     if product < 1e-12 { 0.0 } else { 2.0 * (ab[0] * bc[1] - ab[1] * bc[0]) / product }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    /// Scallops that grow with other powers of the step-over than the second, from nothing, or at a jump.
+    #[test]
+    fn the_step_over_of_a_scallop_limit_is_found_from_below() {
+        for (power, looks) in [(2.0, 4), (1.0, 9), (4.0, 11)] {
+            for at in [0.11, 0.5, 0.99] {
+                let count = Cell::new(0);
+                let scallop = |step: f64| {
+                    count.set(count.get() + 1);
+                    f64::powf(step / at, power)
+                };
+                let found = last_within(scallop, 0.1, 1.0).unwrap();
+                let share = f64::powf(found / at, power);
+                assert!((1.0 - 1.01 * NEAR..=1.0).contains(&share), "{power} {at}: {share}");
+                assert!(count.get() <= looks, "{power} {at}: {} looks", count.get());
+            }
+        }
+        assert_eq!(last_within(|step| step, 0.1, 0.9), None);
+        assert_eq!(last_within(|step| 20.0 * step, 0.1, 0.9), Some(0.1));
+        // The flats of a bull-nose end part: no scallop until then, one without bound beyond the diameter.
+        let flats = |step: f64| if step < 1.0 { (8.0 * (step - 0.6).max(0.0)).powi(2) } else { f64::INFINITY };
+        let found = last_within(flats, 0.1, 2.0).unwrap();
+        assert!((0.72..=0.725).contains(&found), "{found}");
+        // A jump over the limit: from below.
+        let found = last_within(|step| if step < 0.5 { 0.1 } else { 9.0 }, 0.1, 2.0).unwrap();
+        assert!((0.4..0.5).contains(&found), "{found}");
+    }
 }
