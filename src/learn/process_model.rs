@@ -39,14 +39,16 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
     })
 }
 
-/// The layer model of a ball end. If its force depends on the cutting speed v of the layer by (v/1 m/s)^p, the model
+/// The layer model of a ball end. If its force depends on the cutting speed v of the layer by (v/1 m/s)^p, without a bend, the model
 /// file needs the same power of the tool's own cutting speed, which the effect holds, times (r/R)^p with r the radius
 /// of the layer.
 fn layers(report: &LearnReport) -> Option<ForceModel> {
     let own = report.final_base.iter().filter(|v| TERMS.iter().any(|(name, _)| *name == v.name));
     let mut parameters: Vec<(String, f64)> = own.map(|v| (v.name.clone(), v.value)).collect();
-    let follows_speed =
-        |added: &&Added| named(&added.name).is_some_and(|e| e.covariates.contains(&Covariate::CuttingSpeed));
+    let is_bent = |added: &Added| added.parameters.iter().any(|p| p.name == "bend" && p.value != 0.0);
+    let follows_speed = |added: &&Added| {
+        named(&added.name).is_some_and(|e| e.covariates.contains(&Covariate::CuttingSpeed)) && !is_bent(added)
+    };
     let by_speed = report.effects.iter().find(follows_speed);
     if let Some((exponent, from)) = by_speed.and_then(|added| added.parameters.first()).zip(report.least_radius) {
         parameters.push(("radius_exponent".to_owned(), exponent.value));
