@@ -14,7 +14,7 @@ use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::remove;
 use crate::learn::diagnose::residual::{noise_floor, patterns};
 use crate::learn::diagnose::scatter::scatter_of_load;
-use crate::learn::diagnose::unnamed::is_unnamed;
+use crate::learn::diagnose::unnamed::{is_unnamed, only_grows};
 use crate::learn::model::cross_validation::without;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Certainty, Fitted, certainty, part};
@@ -94,8 +94,14 @@ impl Diagnosis<'_> {
 
     /// Does a curve hold on operations that it was not learned on? If its covariate varies within operations, it must
     /// not raise the error there. If the covariate only differs from one operation to the next, it must lower it:
-    /// otherwise the curve may be a proxy for any other difference between operations.
+    /// otherwise the curve may be a proxy for any other difference between operations. Not asked are curves over what only
+    /// grows, as every operation has a stretch of that to itself and no other tells of it, and curves of the tare, which
+    /// knows nothing of the cut. For both, what else may be so is told by the curves that explain as much.
     fn holds_elsewhere(&self, effects: &[FittedEffect], e: usize) -> bool {
+        let own = effects[e].effect;
+        if own.multiplies == Multiplies::Tare || own.covariates.iter().all(|covariate| only_grows(*covariate)) {
+            return true;
+        }
         let varies_between_operations_only = self.varies_between_operations_only(effects[e].effect.covariates);
         self.drop_elsewhere(&remove(effects, e), effects).is_none_or(|drop| {
             if varies_between_operations_only {

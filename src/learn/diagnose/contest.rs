@@ -12,9 +12,7 @@ use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
-use crate::learn::diagnose::unnamed::{
-    LAST_RANK, ResidualCurve, is_shape_of, is_there_without_a_cut, is_unnamed, rank,
-};
+use crate::learn::diagnose::unnamed::{ResidualCurve, is_shape_of, is_there_without_a_cut, is_unnamed, only_grows};
 use crate::learn::model::cross_validation::{certainty_of_gain, improvement_by_case, t_statistic};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
@@ -157,7 +155,7 @@ impl Diagnosis<'_> {
     /// Is a rival clearly better than an effect? A curve over something that only grows while the program runs needs
     /// the margin of a curve of its own, because it correlates with every change during the program.
     fn takes_the_place(&self, rival: &Rival, shaped: &[f64], left: &[f64]) -> bool {
-        let is_late = matches!(rival, Rival::Curve(found) if rank(found.covariate) == LAST_RANK);
+        let is_late = matches!(rival, Rival::Curve(found) if only_grows(found.covariate));
         let t = t_statistic(&improvement_by_case(&self.train, shaped, left));
         if is_late {
             self.criteria().follows_a_curve(self.drop_of(shaped, left), certainty_of_gain(&self.train, shaped, left))
@@ -216,8 +214,8 @@ impl Diagnosis<'_> {
 /// Does the effect depend on this covariate, so that a curve along it only corrects the effect's law? If all its
 /// covariates only grow while the program runs, any other such covariate counts as well.
 fn follows(effect: &Effect, covariate: Covariate, part: Multiplies) -> bool {
-    let is_late = effect.covariates.iter().all(|own| rank(*own) == LAST_RANK);
-    effect.knows(covariate, part) || (is_late && rank(covariate) == LAST_RANK && effect.multiplies == part)
+    let is_late = effect.covariates.iter().all(|own| only_grows(*own));
+    effect.knows(covariate, part) || (is_late && only_grows(covariate) && effect.multiplies == part)
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use crate::learn::diagnose::candidates::why_not;
 use crate::learn::diagnose::criteria::Criteria;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial, unphysical};
-use crate::learn::diagnose::unnamed::{LAST_RANK, ResidualCurve, rank};
+use crate::learn::diagnose::unnamed::{ResidualCurve, only_grows, rank};
 use crate::learn::model::cross_validation::{
     held_out_residuals, improvement_by_block, improvement_by_case, t_statistic,
 };
@@ -184,7 +184,7 @@ impl Diagnosis<'_> {
         let own = |covariate, part| trial.effect.knows(covariate, part);
         let shaped = self.less_best_curve(&trial.fitted, after, own);
         let others = present.curves.iter().filter(|found| !own(found.covariate, found.effect.multiplies));
-        let is_late = trial.effect.covariates.iter().all(|covariate| rank(*covariate) == LAST_RANK);
+        let is_late = trial.effect.covariates.iter().all(|covariate| only_grows(*covariate));
         let better = others.take(RIVAL_CURVES).find(|found| {
             let left = &found.fit.left;
             if is_late && rank(found.covariate) == 0 {

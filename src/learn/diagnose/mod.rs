@@ -6,6 +6,7 @@ pub mod answer;
 pub mod candidates;
 pub(in crate::learn) mod ceiling;
 mod contest;
+mod contradicted;
 pub mod criteria;
 mod curve_rivals;
 pub mod diagnosis;

@@ -17,6 +17,8 @@
 //!    is repeated. Structure that remains is reported and refutes nothing that was found.
 //! 7. Base terms that a table does not determine are left out if it is predicted better without them
 //!    ([`super::undetermined_terms`]).
+//! 8. If the error on the data kept for the judgement rose, the curves without a name that raise it are taken back
+//!    ([`super::contradicted`]).
 
 use crate::effects::{ALL, Acts, named};
 use crate::learn::dataset::errors::errors;
@@ -129,6 +131,7 @@ fn diagnose_all(data: &Data, split: &Split, options: &Options) -> Option<(LearnR
     let search = Diagnosis { data: &weighed, train, cache: TrialCache::default(), ..search };
     let Reduced { data: reduced, train, fitted, left_out } = search.without_undetermined_terms(fitted);
     let mut last = Diagnosis { data: &reduced, train, cache: TrialCache::default(), ..search.clone() };
+    let fitted = last.without_contradicted_curves(fitted);
     let mut report = last.report(&search, &base, &fitted);
     report.left_out = left_out;
     report.ceilings.clone_from(ceilings);

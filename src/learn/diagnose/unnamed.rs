@@ -84,18 +84,24 @@ impl<'a> Merit<'a> {
     }
 }
 
-/// Rank of covariates that only grow while the program runs.
+/// Least rank of covariates that only grow while the program runs.
 pub(in crate::learn) const LAST_RANK: usize = 2;
 
 /// Preference among covariates that a residual follows equally well: first quantities of the process (0), then position
 /// and path speed (1; a cut depends on path speed only through chip thickness), then whatever only grows while the
-/// program runs (2).
+/// program runs (2). Of that the volume comes last (3): edges wear by the way they slide, machines warm up with time.
 pub(in crate::learn) fn rank(covariate: Covariate) -> usize {
     match covariate {
         Covariate::X | Covariate::Y | Covariate::PathSpeed => 1,
-        Covariate::Sliding | Covariate::Volume | Covariate::Time => LAST_RANK,
+        Covariate::Sliding | Covariate::Time => LAST_RANK,
+        Covariate::Volume => LAST_RANK + 1,
         _ => 0,
     }
+}
+
+/// Does it only grow while the program runs?
+pub(in crate::learn) fn only_grows(covariate: Covariate) -> bool {
+    rank(covariate) >= LAST_RANK
 }
 
 /// The same for a curve. The tare of a spindle hardly depends on height or direction of the tool: there rank 1 at best.
@@ -591,5 +597,7 @@ mod tests {
     #[test]
     fn time_is_the_last_that_a_residual_may_follow() {
         assert!(rank(Covariate::Z) < rank(Covariate::X) && rank(Covariate::Y) < rank(Covariate::Time));
+        assert!(rank(Covariate::Sliding) < rank(Covariate::Volume));
+        assert!(only_grows(Covariate::Time) && only_grows(Covariate::Volume) && !only_grows(Covariate::Y));
     }
 }
