@@ -7,8 +7,11 @@
 mod slot;
 
 use feedwright::engage::{self, engage};
+use feedwright::force::{Cap, Cut};
+use feedwright::ids::MoveId;
 use feedwright::machine::{Job, LimitKind, Operation, Ramp};
 use feedwright::nc::{Environment, Toolpath, interpret, parse};
+use feedwright::schedule::cutters::Cutters;
 use feedwright::schedule::optimum::optimum;
 use feedwright::schedule::solve::node_track;
 use feedwright::schedule::{FeedPiece, Node, Options, Problem, problem, solve};
@@ -178,6 +181,27 @@ fn air_feed_ends_before_the_approach_to_the_grown_stock() {
     // Radius 3, uncertainty 0.4, approach 3 mm on either side of 0 to 40.
     assert!(fast.iter().all(|row| row.x_mm < -6.4 + 0.5 || row.x_mm > 46.4 - 0.5));
     assert!(number(&report["time"], "realised_after_s") < number(&report["time"], "realised_before_s"));
+}
+
+/// Each at its own speed: feed per tooth as a limit tells which speed a cutter has. Counted in 16 bits the last would have that of the first.
+#[test]
+fn more_than_65536_spindle_speeds_have_a_cutter_each() {
+    let (job, _) = feedwright::setup::load(&format!("{SETUP}force_xy = 80\n"), Path::new(".")).unwrap();
+    let moves = 65_540;
+    let rpm = |k: usize| 1000.0 + 0.1 * k as f64;
+    let blocks: String = (0..moves).map(|k| format!("S{:.1} G1 X{}\n", rpm(k), k % 2)).collect();
+    let program = format!("%\nG21 G90\nT1 M6\nM3 S900\nG0 X0 Y0 Z9\nF900\n{blocks}M30\n%\n");
+    let toolpath = interpret(&parse(program.into(), None), &Environment::from_job(&job));
+    let map = engage(&toolpath, &job, &engage::Options::default(), &|_| {}).unwrap();
+    let cutters = Cutters::new(&toolpath, &map, &job, &[]);
+    let last = toolpath.moves.len() - 1;
+    for k in [0, 1, moves - 1] {
+        let cutter = cutters.of(MoveId((last - (moves - 1 - k)) as u32)).unwrap();
+        let line = cutter.line(&Cut::default());
+        let Cap::Feed { feed_mm_s, .. } = line.cap(LimitKind::FeedPerTooth, 0.1) else { panic!("no cap") };
+        let teeth = job.tools[0].flutes as f64;
+        assert!((feed_mm_s - 0.1 * teeth * rpm(k) / 60.0).abs() < 1e-6, "{k}: {feed_mm_s}");
+    }
 }
 
 struct Part {

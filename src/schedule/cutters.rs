@@ -8,6 +8,7 @@ use crate::force::{Cut, Cutter};
 use crate::ids::MoveId;
 use crate::machine::Job;
 use crate::nc::{Move, Toolpath};
+use std::collections::HashMap;
 
 /// Longest stretch of air that counts as the edge of the cut beside it, mm.
 pub(super) const SLIVER_MM: f64 = 0.05;
@@ -22,7 +23,7 @@ pub(super) fn skims(station: &Station) -> bool {
 /// One cutter per tool and spindle speed, and the cutter of each move.
 pub struct Cutters {
     list: Vec<Option<Cutter>>,
-    of_move: Vec<u16>,
+    of_move: Vec<u32>,
     history: History,
 }
 
@@ -35,14 +36,15 @@ impl Cutters {
     /// The same for a history that is known already.
     pub fn after(toolpath: &Toolpath, map: &EngagementMap, job: &Job, history: &History) -> Self {
         let mut keys: Vec<(u32, f64)> = Vec::new();
+        // A program may set another speed in every block.
+        let mut known: HashMap<(u32, u64), u32> = HashMap::new();
         let mut of_move = Vec::with_capacity(toolpath.moves.len());
         for motion in &toolpath.moves {
-            let key = (motion.tool, motion.spin.rps);
-            let found = keys.iter().rposition(|known| *known == key).unwrap_or_else(|| {
-                keys.push(key);
-                keys.len() - 1
-            });
-            of_move.push(found as u16);
+            let (tool, rps) = (motion.tool, motion.spin.rps);
+            of_move.push(*known.entry((tool, rps.to_bits())).or_insert_with(|| {
+                keys.push((tool, rps));
+                keys.len() as u32 - 1
+            }));
         }
         let list = keys.into_iter().map(|(tool, rps)| cutter(tool, rps, map, job)).collect();
         Self { list, of_move, history: history.clone() }

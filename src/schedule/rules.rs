@@ -42,7 +42,7 @@ pub struct Rules {
     /// The distinct rules.
     pub rules: Vec<Rule>,
     /// Index of the rule of each move.
-    pub of_move: Vec<u16>,
+    pub of_move: Vec<u32>,
 }
 
 /// Number of loads that the curves of the spindle limit: power and torque.
@@ -59,7 +59,7 @@ impl Rules {
     }
     /// Index of the rule of a move.
     pub fn index_of(&self, id: MoveId) -> usize {
-        usize::from(self.of_move[id.ix()])
+        self.of_move[id.ix()] as usize
     }
 }
 
@@ -79,7 +79,7 @@ pub fn rules(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Rules {
             keys.push(key);
             keys.len() - 1
         });
-        of_move.push(found as u16);
+        of_move.push(found as u32);
     }
     let rules = keys.into_iter().map(|(tool, operation, reference)| rule(tool, operation, reference, job)).collect();
     Rules { rules, of_move }
