@@ -12,7 +12,7 @@ pub const EFFECT: Effect = Effect {
     meaning: "cutting and edge coefficients depend on cutting speed",
     acts: Acts::Load,
     covariates: &[Covariate::CuttingSpeed, Covariate::SpindleSpeed],
-    family: &[Covariate::SpindleSpeed],
+    family: &[Covariate::CuttingSpeed, Covariate::SpindleSpeed],
     // A load that is largest at one speed inside the range is a resonance of the machine.
     way: Way::NoPeak,
     parameters: &[
@@ -55,6 +55,10 @@ fn refused(p: &[f64], _clock_s: f64) -> Option<String> {
 }
 
 fn change(p: &[f64], state: &State) -> Change {
+    // A speed that is not known changes nothing.
+    if state.cutting_speed_mm_s.is_nan() {
+        return Change::default();
+    }
     let ln = (state.cutting_speed_mm_s.max(1.0) / 1000.0).ln();
     let factor = (p[0] * ln + p[1] * ln * ln).exp();
     Change { cutting: factor, edge: factor, ..Change::default() }
@@ -71,6 +75,7 @@ mod tests {
     #[test]
     fn the_load_follows_a_power_of_the_speed_or_is_least_at_an_optimum() {
         assert!((factor(&[-0.3, 0.0], 4.0) - 4f64.powf(-0.3)).abs() < 1e-12);
+        assert_eq!(factor(&[-0.3, 2.0], f64::NAN), 1.0);
         // Least at 3 m/s: p = −2q ln 3.
         let bent = |speed_m_s: f64| factor(&[-3f64.ln(), 0.5], speed_m_s);
         assert!(bent(3.0) < bent(2.9) && bent(3.0) < bent(3.1) && (bent(1.5) - bent(6.0)).abs() < 1e-12);

@@ -125,6 +125,7 @@ curves! {
     "feed-per-tooth", FeedPerTooth, Load, false;
     "chip-thickness", ChipThickness, Load, false;
     "spindle-speed", SpindleSpeed, Load, false;
+    "cutting-speed", CuttingSpeed, Load, false;
     "axial-depth", AxialDepth, Load, false;
     "radial-depth", RadialDepth, Load, false;
     "immersion", Immersion, Load, false;

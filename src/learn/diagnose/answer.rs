@@ -4,7 +4,7 @@
 use nalgebra::DMatrix;
 
 use crate::effects::unnamed::{CURVES, knots};
-use crate::effects::{Covariate, Multiplies, family_of, named};
+use crate::effects::{Covariate, Effect, Multiplies, family_of, named};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::highest_feeds::highest_feeds;
 use crate::learn::dataset::samples::{Class, Data};
@@ -45,13 +45,20 @@ impl Diagnosis<'_> {
             (0..fitted.model.effects.len()).partition(|e| is_unnamed(fitted.model.effects[*e].effect));
         let unnamed = curves.into_iter().map(|e| {
             let mut curve = described(added(e), &fitted.model.effects, e);
-            curve.family = curve.family.filter(|_| self.holds_elsewhere(&fitted.model.effects, e));
-            let family = curve.family.as_deref().and_then(named);
-            let of_family = |covariate: &Covariate| family.is_some_and(|effect| effect.covariates.contains(covariate));
             let has_own_data = self.has_own_data(fitted.model.effects[e].effect);
             let rivals = if has_own_data { Vec::new() } else { self.rivals_of_curve(&fitted.model.effects, e) };
-            let others = rivals.into_iter().filter(|covariate| !of_family(covariate));
-            curve.rivals = others.map(|covariate| covariate.name().to_owned()).collect();
+            let others_than = |family: Option<&Effect>| -> Vec<Covariate> {
+                let of_family =
+                    |covariate: &Covariate| family.is_some_and(|effect| effect.covariates.contains(covariate));
+                rivals.iter().copied().filter(|covariate| !of_family(covariate)).collect()
+            };
+            // Time tells any operation from the others. Where not even that explains as much, it is no mere difference between them.
+            let family = curve.family.as_deref().and_then(named);
+            if !others_than(family).is_empty() && !self.holds_elsewhere(&fitted.model.effects, e) {
+                curve.family = None;
+            }
+            let others = others_than(curve.family.as_deref().and_then(named));
+            curve.rivals = others.into_iter().map(|covariate| covariate.name().to_owned()).collect();
             curve
         });
         let unnamed = unnamed.collect();

@@ -34,7 +34,7 @@ struct Contest<'a> {
     gain: f64,
     /// The model without the effect.
     present: Present<'a>,
-    /// Held-out residuals with the effect, corrected by the best curve over its own covariates.
+    /// Held-out residuals with the effect in its most flexible form.
     shaped: Vec<f64>,
     /// Each rival with its held-out residuals, least first.
     rivals: Vec<(Rival, Vec<f64>)>,
@@ -132,7 +132,8 @@ impl Diagnosis<'_> {
         let (score, gain) = score_of(&self.train, without_it, &found, own.free_count());
         let trial = Trial { effect: own.effect, fitted: found, gain, score };
         let left = self.held_out_of_trial(without_it, &trial);
-        let shaped = self.less_best_curve(&trial.fitted, &left, |covariate, part| follows(own.effect, covariate, part));
+        let shapes = |covariate, part| follows(own.effect, covariate, part);
+        let shaped = self.flexible(without_it, &present.left, (&trial, &left), shapes);
         let mut rivals: Vec<(Rival, Vec<f64>)> = Vec::new();
         for trial in self.trials(without_it, false) {
             let sound = unphysical(trial.fitted.model.effects.last(), self.data.clock_s).is_none();

@@ -118,12 +118,23 @@ impl Along {
     }
 }
 
-/// The samples in order of each covariate that a curve may follow.
+/// The samples in order of each covariate that a curve may follow. Where all cuts have one diameter, the spindle speed says all that the
+/// cutting speed does.
 pub fn along_all(data: &Data) -> Vec<(Covariate, Along)> {
     let mut covariates: Vec<Covariate> = CURVES.iter().map(|(covariate, _)| *covariate).collect();
     covariates.dedup();
+    if has_one_diameter(data) {
+        covariates.retain(|covariate| *covariate != Covariate::CuttingSpeed);
+    }
     let along = |covariate: &Covariate| Along::new(data.state.iter().map(|state| covariate.of(state)).collect());
     covariates.par_iter().map(|covariate| (*covariate, along(covariate))).collect()
+}
+
+/// Do all cuts have the same cutting speed per spindle speed, to 1 %?
+fn has_one_diameter(data: &Data) -> bool {
+    let per_turn = data.state.iter().map(|state| state.cutting_speed_mm_s / state.rps).filter(|mm| *mm > 0.0);
+    let [least, most] = per_turn.fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], mm| [a.min(mm), b.max(mm)]);
+    most <= 1.01 * least
 }
 
 /// Sums at a value of the covariate; see the head of the file.
@@ -476,6 +487,19 @@ mod tests {
         let beside_curve = residual.beside_curve(&first, &z.values, std::slice::from_ref(&load)).unwrap();
         let again = Residual { left: &beside_curve, ..residual }.best_curve(&z, |_| true).unwrap().curve;
         assert!(again.at(-3.0).abs() < 0.005 && (again.at(-9.0) - 0.18).abs() < 0.01, "{again:?}");
+    }
+
+    #[test]
+    fn the_cutting_speed_is_followed_where_tools_of_two_diameters_cut() {
+        let (mut data, ..) = falling(|_| 0.1);
+        let mut is_followed = |radius_mm: f64| {
+            for (i, state) in data.state.iter_mut().enumerate() {
+                state.rps = 100.0 + i as f64;
+                state.cutting_speed_mm_s = state.rps * if i < 9 { 5.0 } else { radius_mm };
+            }
+            along_all(&data).iter().any(|(covariate, _)| *covariate == Covariate::CuttingSpeed)
+        };
+        assert!(is_followed(8.0) && !is_followed(5.0) && !is_followed(5.04));
     }
 
     #[test]

@@ -78,6 +78,11 @@ pub fn diagnose(data: &Data, split: &Split, options: &Options) -> Option<LearnRe
     Some(best)
 }
 
+/// Number of named effects of a model.
+fn names_of(model: &Fitted) -> usize {
+    model.model.effects.iter().filter(|each| !is_unnamed(each.effect)).count()
+}
+
 /// Adds what an effect is confounded with to what is known of it.
 fn add_to(confounded: &mut Vec<Confounded>, group: Confounded) {
     match confounded.iter_mut().find(|known| known.names[0] == group.names[0]) {
@@ -152,8 +157,14 @@ impl Diagnosis<'_> {
         let named = self.add_names(begin, true, &mut confounded);
         let (mut found, mut in_doubt) = self.contested_until_stable(named, EXCHANGES, &mut confounded);
         if let Some(more) = self.add_curves(&found, &mut confounded) {
-            let more = self.curves_chosen_again(more);
+            let more = self.curves_chosen_again(more, false);
+            let names = names_of(&more);
             (found, in_doubt) = self.contested_until_stable(more, EXCHANGES, &mut confounded);
+            // Beside a name that has gone since, the last curve may have been another one than without it.
+            if names_of(&found) < names {
+                let again = self.curves_chosen_again(found, true);
+                (found, in_doubt) = self.contested_until_stable(again, 0, &mut confounded);
+            }
             if let Some(one) = self.one_curve_for_both(&found) {
                 (found, in_doubt) = self.contested_until_stable(one, 0, &mut confounded);
             }
@@ -225,14 +236,15 @@ impl Diagnosis<'_> {
         }
     }
 
-    /// The model with every curve but the last chosen again: when it was chosen, the effects added after it were
+    /// The model with every curve but the last, or `and_last`, chosen again: when it was chosen, the effects added after it were
     /// missing from the model, and it may have taken their part.
-    fn curves_chosen_again(&mut self, model: Fitted) -> Fitted {
+    fn curves_chosen_again(&mut self, model: Fitted, and_last: bool) -> Fitted {
         let mut present = model;
         let names = present.model.effects.iter().filter(|each| is_unnamed(each.effect)).map(|each| each.effect.name);
         for name in names.collect::<Vec<_>>() {
             let Some(e) = present.model.effects.iter().position(|each| each.effect.name == name) else { continue };
-            if e + 1 == present.model.effects.len() || self.has_own_data(present.model.effects[e].effect) {
+            let is_last = e + 1 == present.model.effects.len();
+            if (is_last && !and_last) || self.has_own_data(present.model.effects[e].effect) {
                 continue;
             }
             let Some(without_it) = fit(&self.train, &remove(&present.model.effects, e), FORM_ROUNDS) else { continue };
@@ -574,7 +586,7 @@ mod tests {
         let effects = ["unnamed-load-z", "unnamed-load-up-share"].map(step);
         let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
         let model = fit(&data, &effects, FORM_ROUNDS).unwrap();
-        let chosen = begun(&data, &split, &options, 1.0).curves_chosen_again(model);
+        let chosen = begun(&data, &split, &options, 1.0).curves_chosen_again(model, false);
         chosen.model.effects.iter().map(|each| each.effect.name).collect()
     }
 

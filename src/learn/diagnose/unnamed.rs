@@ -259,6 +259,26 @@ impl Diagnosis<'_> {
         better.map_or_else(|| left.to_vec(), |found| found.fit.left)
     }
 
+    /// Held-out residuals of an effect in its most flexible form: its law corrected by the best of the `wanted` curves, or in the place of
+    /// the law a curve of its family that goes its way, whichever leaves less. `left`: those without it; `after`: those with its law.
+    pub(in crate::learn) fn flexible(
+        &self,
+        present: &Fitted,
+        left: &[f64],
+        (trial, after): (&Trial, &[f64]),
+        wanted: impl Fn(Covariate, Multiplies) -> bool + Sync,
+    ) -> Vec<f64> {
+        let effect = trial.effect;
+        let is_family = |covariate, part| part == effect.multiplies && effect.family.contains(&covariate);
+        let goes_its_way = |_, curve: &Curve| has_way(effect.way, &determined_shares(curve));
+        let mut free = self.curves_of_shapes(present, left, is_family, goes_its_way);
+        self.refitted_beside_base(present, left, &mut free);
+        free.iter_mut().for_each(|found| self.fit_together(present, found));
+        let corrected = self.less_best_curve(&trial.fitted, after, wanted);
+        let all = free.into_iter().map(|found| found.fit.left).chain([corrected]);
+        all.max_by(|a, b| self.drop_of(left, a).total_cmp(&self.drop_of(left, b))).unwrap_or_default()
+    }
+
     /// Are the held-out residuals `after` clearly smaller than `before`?
     pub(in crate::learn) fn is_better(&self, before: &[f64], after: &[f64]) -> bool {
         self.criteria().is_clearly_better(t_statistic(&improvement_by_case(&self.train, before, after)))
