@@ -570,10 +570,9 @@ mod tests {
         FittedEffect { effect: named(name).unwrap(), values, free: (0..=2 * KNOTS).map(|k| k == KNOTS + 1).collect() }
     }
 
-    /// Names of the effects after the curves were chosen again, for a model with a first curve over z and a second over
-    /// up/down milling. The load is a fifth higher where `hard(z, is_fast)`; z, speed and milling mode alternate with
-    /// different periods.
-    fn chosen_again(hard: impl Fn(f64, bool) -> bool) -> Vec<&'static str> {
+    /// Names of the effects after the curves of a model, the last too or not, were chosen again. The load is a fifth higher where
+    /// `hard(z, is_fast)`; z, speed and milling mode alternate with different periods.
+    fn chosen_again(curves: &[&str], and_last: bool, hard: impl Fn(f64, bool) -> bool) -> Vec<&'static str> {
         let turn = |i: usize, every: usize| ((i / EACH) / every).is_multiple_of(2);
         let (z, is_fast) = (|i| if turn(i, 1) { 1.0 } else { -1.0 }, |i| turn(i, 3));
         let state = |i: usize| State {
@@ -583,21 +582,24 @@ mod tests {
             ..State::default()
         };
         let data = made(|i| if hard(z(i), is_fast(i)) { 0.2 } else { 0.0 }, 1.0, state);
-        let effects = ["unnamed-load-z", "unnamed-load-up-share"].map(step);
+        let effects: Vec<FittedEffect> = curves.iter().map(|name| step(name)).collect();
         let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
         let model = fit(&data, &effects, FORM_ROUNDS).unwrap();
-        let chosen = begun(&data, &split, &options, 1.0).curves_chosen_again(model, false);
+        let chosen = begun(&data, &split, &options, 1.0).curves_chosen_again(model, and_last);
         chosen.model.effects.iter().map(|each| each.effect.name).collect()
     }
 
     #[test]
     fn a_curve_gives_way_to_the_one_that_is_better_beside_what_came_later_and_stays_where_it_is_the_best() {
-        let by_speed = chosen_again(|_, is_fast| is_fast);
+        let both = ["unnamed-load-z", "unnamed-load-up-share"];
+        let by_speed = chosen_again(&both, false, |_, is_fast| is_fast);
         assert!(
             by_speed.contains(&"unnamed-load-spindle-speed") && !by_speed.contains(&"unnamed-load-z"),
             "{by_speed:?}"
         );
-        assert_eq!(chosen_again(|z, _| z > 0.0)[0], "unnamed-load-z");
+        assert_eq!(chosen_again(&both, false, |z, _| z > 0.0)[0], "unnamed-load-z");
+        let last = |and_last: bool| chosen_again(&["unnamed-load-z"], and_last, |_, is_fast| is_fast);
+        assert_eq!([false, true].map(last), [["unnamed-load-z"], ["unnamed-load-spindle-speed"]]);
     }
 
     #[test]

@@ -273,7 +273,9 @@ impl Diagnosis<'_> {
         let goes_its_way = |_, curve: &Curve| has_way(effect.way, &determined_shares(curve));
         let mut free = self.curves_of_shapes(present, left, is_family, goes_its_way);
         self.refitted_beside_base(present, left, &mut free);
-        free.iter_mut().for_each(|found| self.fit_together(present, found));
+        for found in &mut free {
+            self.fit_together(present, found);
+        }
         let corrected = self.less_best_curve(&trial.fitted, after, wanted);
         let all = free.into_iter().map(|found| found.fit.left).chain([corrected]);
         all.max_by(|a, b| self.drop_of(left, a).total_cmp(&self.drop_of(left, b))).unwrap_or_default()
