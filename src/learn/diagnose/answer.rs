@@ -207,7 +207,12 @@ fn described(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
         of_curve.map_or((Covariate::Time, Multiplies::Load), |(covariate, effect)| (*covariate, effect.multiplies));
     let (factor, unit) = covariate.shown();
     let knots: Vec<[f64; 2]> = knots(&each.values).into_iter().map(|[at, f]| [at * factor, f]).collect();
-    let beside = effects.iter().find(|other| !is_unnamed(other.effect) && other.effect.knows(covariate, multiplies));
+    // Without a cut the load is the tare, which grows with the speed: what a drive wastes of its load shows in the tare over the speed too.
+    let is_tare_over_speed = multiplies == Multiplies::Tare && covariate == Covariate::SpindleSpeed;
+    let knows_it = |other: &Effect| {
+        other.knows(covariate, multiplies) || (is_tare_over_speed && other.covariates.contains(&Covariate::Load))
+    };
+    let beside = effects.iter().find(|other| !is_unnamed(other.effect) && knows_it(other.effect));
     let factors: Vec<f64> = knots.iter().map(|knot| knot[1]).collect();
     let family = family_of(covariate, multiplies).filter(|effect| bears_name(effect.way, &factors));
     let what = match multiplies {
@@ -411,7 +416,7 @@ mod tests {
 
     #[test]
     fn a_curve_bears_the_name_of_a_family_only_where_it_goes_its_way() {
-        let family = |name: &str, factors: [f64; 3]| {
+        let family_beside = |others: &[FittedEffect], name: &str, factors: [f64; 3]| {
             let at = (0..KNOTS).map(|k| if k < 3 { k as f64 } else { BEYOND });
             let factors = (0..KNOTS).map(|k| *factors.get(k).unwrap_or(&1.0));
             let values: Vec<f64> = at.chain(factors).chain([1.0]).collect();
@@ -424,14 +429,24 @@ mod tests {
                 test_rmse_after: 1.0,
                 evidence: String::new(),
             };
-            described(added, &[each], 0).family
+            described(added, &[&[each], others].concat(), 0).family
         };
+        let family = |name: &str, factors: [f64; 3]| family_beside(&[], name, factors);
         assert_eq!(family("unnamed-load-sliding-distance", [1.0, 1.1, 1.3]).as_deref(), Some("flank-wear"));
         assert_eq!(family("unnamed-load-sliding-distance", [1.0, 1.3, 1.0]), None);
         assert_eq!(family("unnamed-load-chip-thickness", [1.2, 1.1, 1.0]).as_deref(), Some("size-effect"));
         assert_eq!(family("unnamed-load-chip-thickness", [1.0, 1.3, 1.0]), None);
         assert_eq!(family("unnamed-load-up-share", [1.0, 1.3, 1.0]).as_deref(), Some("up-down-asymmetry"));
+        // A drive that wastes more at a higher load does so of the tare too.
+        let with = |name: &str| {
+            let effect = named(name).unwrap();
+            let values: Vec<f64> = effect.parameters.iter().map(|p| p.starts[0]).collect();
+            family_beside(&[FittedEffect { effect, free: vec![true; values.len()], values }], TARE, [1.0, 1.1, 1.3])
+        };
+        assert_eq!(family(TARE, [1.0, 1.1, 1.3]).as_deref(), Some("tare-speed"));
+        assert_eq!(["flank-wear", "drive-efficiency"].map(with), [Some("tare-speed".to_owned()), None]);
     }
+    const TARE: &str = "unnamed-tare-spindle-speed";
 
     #[test]
     fn a_parameter_on_its_bound_or_smaller_than_its_error_is_said() {

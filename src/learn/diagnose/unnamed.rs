@@ -435,10 +435,11 @@ mod tests {
     #[test]
     fn a_tare_follows_nothing_that_only_a_cut_has() {
         use Covariate::{
-            AxialDepth, ChipThickness, Curvature, FeedPerTooth, Immersion, Load, RadialDepth, SinceEntry, Sliding,
-            UpShare, Volume,
+            AxialDepth, ChipThickness, Curvature, CuttingSpeed, FeedPerTooth, Immersion, Load, RadialDepth, SinceEntry,
+            Sliding, UpShare, Volume,
         };
         let of_cut = [
+            CuttingSpeed,
             FeedPerTooth,
             ChipThickness,
             AxialDepth,
