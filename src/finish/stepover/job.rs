@@ -326,7 +326,7 @@ pub fn run(
 /// surface by the tolerance leave scallops higher by as much, but few are off by all of it.
 const BELOW: f64 = 0.25;
 /// Most plans, each for a limit lower by as much as the written passes of the one before exceed the one that is asked for.
-const PLANS: u32 = 2;
+const PLANS: u32 = 3;
 
 /// How far the scallop limit of the first plan is below the one that is asked for, mm. An error if that leaves nothing.
 fn below_mm(ask: &Request) -> Result<f64, Refusal> {
