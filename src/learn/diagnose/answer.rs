@@ -382,7 +382,11 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::State;
     use crate::effects::unnamed::{BEYOND, KNOTS};
+    use crate::learn::diagnose::diagnosis::Options;
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
+    use crate::machine::wear::Lengths;
 
     #[test]
     fn of_tools_it_says_which_and_of_several_levels_where_the_highest_and_the_lowest_are() {
@@ -447,6 +451,31 @@ mod tests {
         assert_eq!(["flank-wear", "drive-efficiency"].map(with), [Some("tare-speed".to_owned()), None]);
     }
     const TARE: &str = "unnamed-tare-spindle-speed";
+
+    /// Four operations, each at a speed of its own and with a stretch of the way slid to itself; the load rises from one to the next.
+    #[test]
+    fn a_curve_of_the_tare_or_of_what_only_grows_need_not_hold_on_operations_left_out_and_others_must() {
+        let operation = |i: usize| i / (6 * EACH);
+        let state = |i: usize| State {
+            rps: 90.0 + 10.0 * operation(i) as f64,
+            slid: Lengths([i as f64; 4]),
+            axial_depth_mm: 3.0,
+            ..State::default()
+        };
+        let mut data = made(|i| [0.0, 0.3, 0.4, 0.5][operation(i)], 1.0, state);
+        data.kind = (0..data.len()).map(operation).collect();
+        let (split, options) = (fifths(&data), Options::default());
+        let diagnosis = begun(&data, &split, &options, 1.0);
+        let holds = |name: &str, at: [f64; 4]| {
+            let places = (0..KNOTS).map(|k| *at.get(k).unwrap_or(&BEYOND));
+            let values: Vec<f64> = places.chain(vec![1.0; KNOTS]).chain([1.0]).collect();
+            let free = (0..values.len()).map(|k| (KNOTS + 1..KNOTS + 4).contains(&k)).collect();
+            diagnosis.holds_elsewhere(&[FittedEffect { effect: named(name).unwrap(), values, free }], 0)
+        };
+        let speeds = [90.0, 100.0, 110.0, 120.0];
+        assert!(holds(TARE, speeds) && holds("unnamed-load-sliding-distance", [0.0, 240.0, 480.0, 720.0]));
+        assert!(!holds("unnamed-load-spindle-speed", speeds));
+    }
 
     #[test]
     fn a_parameter_on_its_bound_or_smaller_than_its_error_is_said() {
