@@ -20,8 +20,9 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 43] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 49] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
+    ("stop by a variable", "#3006=1 (TURN PART)", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
     ("pallet", "M60", Dialect::LinuxCnc, Doubt::ProgramStop),
     ("table turned", "G0 A90.", Dialect::Fanuc, Doubt::RotaryAxis),
@@ -41,6 +42,16 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 43] = [
     ("polar interpolation", "G12.1", Dialect::Fanuc, Doubt::TiltedFrame),
     ("offset without origin", "G55", Dialect::Fanuc, Doubt::WorkOffset),
     ("additional offset", "G54.1 P2", Dialect::Fanuc, Doubt::WorkOffset),
+    ("additional offset in short", "G54 P2", Dialect::Haas, Doubt::WorkOffset),
+    ("origin by its variable", "#5221=5.", Dialect::Fanuc, Doubt::ZeroShift),
+    ("zero of an earlier program", "G92.3", Dialect::LinuxCnc, Doubt::ZeroShift),
+    ("switches of two numbers", "/1 G0 Y12.\n/2 G0 Y10.", Dialect::Fanuc, Doubt::BlockDelete),
+    (
+        "branch on a name that outlasts the program",
+        "o1 if [EXISTS[#<_q>]]\nG0 Y10.\no1 endif",
+        Dialect::LinuxCnc,
+        Doubt::UnknownValue,
+    ),
     ("origin set", "G10 L2 P1 X5. Y0 Z0", Dialect::Fanuc, Doubt::ZeroShift),
     ("zero where nobody knows", "G28\nG92 X0 Y0 Z0", Dialect::Fanuc, Doubt::ZeroShift),
     ("zero from an unknown height", "G91 G28 Z0\nG90\nG10 L20 P1 Z50.", Dialect::LinuxCnc, Doubt::ZeroShift),
@@ -121,7 +132,8 @@ fn an_event_anywhere_leaves_nothing_behind_it_free() {
             let path = read(&with(event, at), dialect, &bare());
             let last = at as u32 + event.lines().count() as u32;
             // A zero set at the head, before any motion, is as unknown as later; a second offset is one only once another was used.
-            let single = matches!(name, "offset without origin" | "additional offset") && at <= 5;
+            let single =
+                matches!(name, "offset without origin" | "additional offset" | "additional offset in short") && at <= 5;
             if !single {
                 assert_eq!(free_behind(&path, last), [0_u32; 0], "{name} at line {}", at + 1);
             }
@@ -188,6 +200,79 @@ fn what_the_spindle_does_is_in_doubt_until_it_is_known() {
     let tapped =
         read("G21 G90\nT1 M6\nS500 M3\nG84 X5. Y5. Z-9. R2. F625.\nG80\nG1 X9. F99.\nM30\n", Dialect::Fanuc, &bare());
     assert!(tapped.doubts.is_empty(), "{:?}", tapped.doubts);
+}
+
+/// The first length offset of a tool is taken for the one that the setup describes; another one moves its tip.
+#[test]
+fn another_length_of_the_same_tool_is_a_doubt() {
+    let doubted = |dialect: Dialect, first: &str, between: &str| {
+        let text = format!(
+            "G21 G90 G17\nT1 M6\nS8000 M3\n{first}G0 X0. Y0. Z5.\nG1 Z-2. F300.\nX20.\n{between}\nG0 X0.\nG1 X20.\nM30\n"
+        );
+        let path = read(&text, dialect, &bare());
+        path.doubts.iter().any(|of| of.doubt == Doubt::ToolLength)
+    };
+    let fanuc = |between: &str| doubted(Dialect::Fanuc, "G43 H1\n", between);
+    for other in ["G43 H2", "H2", "H0", "G49", "G44 H1", "G10 L10 P1 R-1.", "G10 L11 P1 R-1.", "#2001=5.", "#11001=5."]
+    {
+        assert!(fanuc(other), "{other}");
+    }
+    for same in [
+        "G43 H1",
+        "H1",
+        "G43",
+        "G49\nG43 H1",
+        "G10 L10 P2 R-1.",
+        "T2 M6\nS8000 M3\nG43 H2",
+        "G49\nM30",
+        "G43 H2\nG43 H1",
+    ] {
+        assert!(!fanuc(same), "{same}");
+    }
+    assert!(!doubted(Dialect::Fanuc, "", "G49"), "no offset was ever in force");
+    for other in ["G43.1 Z-3.", "G43.2 H3", "G10 L1 P1 Z5."] {
+        assert!(doubted(Dialect::LinuxCnc, "G43 H1\n", other), "{other}");
+    }
+    for other in ["D2", "D0", "TOFFL=3", "DL=2"] {
+        assert!(doubted(Dialect::Siemens, "D1\n", other), "{other}");
+    }
+    assert!(doubted(Dialect::Siemens, "", "D0") && !doubted(Dialect::Siemens, "", "D1"));
+}
+
+/// What a Siemens program sets without having defined it.
+#[test]
+fn names_that_a_siemens_program_did_not_define_are_the_controls() {
+    let doubts = |event: &str| {
+        let text =
+            format!("G71 G90 G17\nT1 M6\nS8000 M3\nG0 X0 Y0 Z5\nG1 Z-2 F300\nX20\n{event}\nG0 X0\nG1 X20\nM30\n");
+        let path = read(&text, Dialect::Siemens, &bare());
+        let probing = path.moves.iter().any(|motion| motion.freeze == Some(Freeze::Probe));
+        (path.doubts.iter().map(|of| of.doubt).collect::<Vec<_>>(), probing)
+    };
+    for (event, doubt) in [
+        ("G1 MEAS=1 X-5 F100", Doubt::Probe),
+        ("MEAW=1 G1 X-5 F100", Doubt::Probe),
+        ("G0 C1=90", Doubt::RotaryAxis),
+        ("G0 Z1=-10", Doubt::UnknownCode),
+        ("OVR=50", Doubt::UnknownCode),
+        ("TCARR=1", Doubt::ToolLength),
+    ] {
+        let (found, probing) = doubts(event);
+        assert!(found.contains(&doubt), "{event}: {found:?}");
+        assert_eq!(probing, doubt == Doubt::Probe, "{event}");
+    }
+    for event in [
+        "R5=3",
+        "DEF REAL DEEP\nDEEP=5",
+        "DEF REAL ROWS[3]\nROWS[1]=2",
+        "_ZSD=1",
+        "SPOS=90",
+        "ADIS=0.5",
+        "S2=500",
+        "CTOL=0.01",
+    ] {
+        assert_eq!(doubts(event).0, [], "{event}");
+    }
 }
 
 /// Two slots side by side with a stop between: with the stop the second is as wide as the part may stand, and nothing of it rises.

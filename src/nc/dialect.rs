@@ -385,8 +385,8 @@ impl Dialect {
     pub fn feed_digits(self, inch: bool) -> usize {
         self.properties().feed_digits[usize::from(inch)]
     }
-    /// Must an F word carry a decimal point? (Older Fanuc reads a number without one in increments.)
-    pub fn feed_needs_point(self, inch: bool) -> bool {
+    /// May an F word without a decimal point count increments? (A Fanuc by its parameters, a Haas by setting 77.)
+    pub fn counts_feeds(self, inch: bool) -> bool {
         self.properties().counts_increments && inch
     }
     /// Digits after the point of a number that has so many before it, where only the control sets an end to them.

@@ -20,6 +20,8 @@ pub enum Doubt {
     WorkOffset,
     /// The zero was shifted by an amount that is not known (G10, G52, G92, a datum preset).
     ZeroShift,
+    /// The length offset in force is not the one that the tool came in with, or was set by the program.
+    ToolLength,
     /// A measured position sets something: what it measures is not known.
     Probe,
     /// A subprogram or macro that is not there may have moved anything.
@@ -34,16 +36,30 @@ pub enum Doubt {
     Reversed,
     /// G96: S is a cutting speed, and how fast the spindle turns is the control's to say.
     SurfaceSpeed,
+    /// Blocks stand under block-delete switches of different numbers: which of them are on is not known.
+    BlockDelete,
+}
+
+/// What a doubt means for the place of the tool.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Displaced {
+    /// The tool stands where it is assumed.
+    No,
+    /// The frame changes before the motion of the block, whose absolute words then count in the new one.
+    Before,
+    /// The tool may be anywhere behind the block.
+    Behind,
 }
 
 impl Doubt {
     /// Every doubt.
-    pub const ALL: [Doubt; 12] = [
+    pub const ALL: [Doubt; 14] = [
         Doubt::ProgramStop,
         Doubt::RotaryAxis,
         Doubt::TiltedFrame,
         Doubt::WorkOffset,
         Doubt::ZeroShift,
+        Doubt::ToolLength,
         Doubt::Probe,
         Doubt::MissingProgram,
         Doubt::UnknownCode,
@@ -51,7 +67,26 @@ impl Doubt {
         Doubt::Unit,
         Doubt::Reversed,
         Doubt::SurfaceSpeed,
+        Doubt::BlockDelete,
     ];
+
+    /// Where the tool may stand because of it.
+    pub fn displaces(self) -> Displaced {
+        match self {
+            Doubt::RotaryAxis | Doubt::Unit | Doubt::Reversed | Doubt::SurfaceSpeed | Doubt::BlockDelete => {
+                Displaced::No
+            }
+            Doubt::TiltedFrame | Doubt::WorkOffset | Doubt::ZeroShift | Doubt::ToolLength => Displaced::Before,
+            Doubt::ProgramStop | Doubt::Probe | Doubt::MissingProgram | Doubt::UnknownCode | Doubt::UnknownValue => {
+                Displaced::Behind
+            }
+        }
+    }
+
+    /// May something run that uses the feed in force?
+    pub fn may_use_the_feed(self) -> bool {
+        matches!(self, Doubt::MissingProgram | Doubt::UnknownCode)
+    }
 
     /// Name in the setup file and in reports.
     pub fn name(self) -> &'static str {
@@ -61,6 +96,7 @@ impl Doubt {
             Doubt::TiltedFrame => "tilted-frame",
             Doubt::WorkOffset => "work-offset",
             Doubt::ZeroShift => "zero-shift",
+            Doubt::ToolLength => "tool-length",
             Doubt::Probe => "probe",
             Doubt::MissingProgram => "missing-program",
             Doubt::UnknownCode => "unknown-code",
@@ -68,6 +104,7 @@ impl Doubt {
             Doubt::Unit => "unit",
             Doubt::Reversed => "reversed-spindle",
             Doubt::SurfaceSpeed => "surface-speed",
+            Doubt::BlockDelete => "block-delete",
         }
     }
 
@@ -85,12 +122,16 @@ impl Doubt {
             Doubt::ZeroShift => {
                 "give the origin under [offsets] or the start of the tool, or confirm = [\"zero-shift\"]"
             }
+            Doubt::ToolLength => "if the tip stays where it was: confirm = [\"tool-length\"] in the setup",
             Doubt::Probe => "if the probed zero is that of the setup: confirm = [\"probe\"]",
             Doubt::MissingProgram => "put it beside the program, or confirm = [\"missing-program\"] in the setup",
             Doubt::UnknownCode => "if it moves neither part nor frame: confirm = [\"unknown-code\"] in the setup",
             Doubt::Unit => "write G20 or G21 into the program, or program_unit under [machine]",
             Doubt::Reversed => "if the tool is a left-hand one: confirm = [\"reversed-spindle\"] in the setup",
             Doubt::SurfaceSpeed => "write G97 and the speed in rpm, or confirm = [\"surface-speed\"] in the setup",
+            Doubt::BlockDelete => {
+                "if no more than one of these switches is ever on, or all of them are: confirm = [\"block-delete\"]"
+            }
             Doubt::UnknownValue => "set the variable in the program, or confirm = [\"unknown-value\"] in the setup",
         }
     }
@@ -103,12 +144,14 @@ impl Doubt {
             Doubt::TiltedFrame => "the plane is tilted, or the control follows the tool tip",
             Doubt::WorkOffset => "the setup does not say where this work offset lies",
             Doubt::ZeroShift => "the zero was shifted by an amount that is not known",
+            Doubt::ToolLength => "another tool length is in force than the one the tool came in with",
             Doubt::Probe => "a probed position sets the zero",
             Doubt::MissingProgram => "a subprogram or macro is missing",
             Doubt::UnknownCode => "a code whose meaning is not known stands before it",
             Doubt::Unit => "the program has neither G20 nor G21, and its numbers fit inches and mm",
             Doubt::Reversed => "the spindle turns backwards (M4)",
             Doubt::SurfaceSpeed => "the speed of the spindle is a cutting speed (G96), which is read as rpm",
+            Doubt::BlockDelete => "which of several block-delete switches are on is not known",
             Doubt::UnknownValue => "its position depends on a variable that the program does not set",
         }
     }

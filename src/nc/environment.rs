@@ -30,8 +30,10 @@ pub struct Environment<'a> {
     pub speeds_rps: Vec<(u32, f64)>,
     /// What G41/G42 means; `None`: not said.
     pub compensation: Option<Compensation>,
-    /// Is the block-delete switch on?
+    /// Is every block-delete switch on?
     pub block_delete: bool,
+    /// The block-delete switches that are on, by the bits of their numbers (1 to 9), where they are not all.
+    pub switches_on: u16,
     /// Is the unit inch before the first G20/G21?
     pub inch: bool,
     /// Subprograms in other files.
@@ -63,6 +65,7 @@ impl Default for Environment<'_> {
             speeds_rps: Vec::new(),
             compensation: None,
             block_delete: false,
+            switches_on: 0,
             inch: false,
             load: &no_files,
             max_repeated_bytes: 1 << 26,

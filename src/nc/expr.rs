@@ -320,6 +320,10 @@ impl Reader<'_> {
         let name = String::from_utf8_lossy(&rest[1..end]).into_owned();
         self.at += end + 1;
         let name = name.trim().trim_start_matches("#<").trim_end_matches('>');
+        if name.starts_with('_') && self.parameters.name(name).is_none() {
+            // Global ones outlast the program.
+            return Err(ExprError::NotKnown(format!("#<{name}>")));
+        }
         Ok(f64::from(u8::from(self.parameters.name(name).is_some())))
     }
     /// A variable of Siemens (`R12`, a name) or Heidenhain (`Q12`).

@@ -115,6 +115,19 @@ pub struct Feed {
     pub word: Option<(BlockId, Span)>,
 }
 
+/// A place at which something that is not simulated may use the feed in force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeedUse {
+    /// Its block.
+    pub block: BlockId,
+    /// The feed in force, in mm and the unit of `mode`.
+    pub value: f64,
+    /// Unit of the feed.
+    pub mode: FeedMode,
+    /// The F word that set it; `None`: not a plain word.
+    pub word: Option<(BlockId, Span)>,
+}
+
 /// Spindle state.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spin {
@@ -272,6 +285,8 @@ pub struct Toolpath {
     pub shifts: Vec<(MoveId, Vec3)>,
     /// Stretches on which part or frame are not known, in order of their first moves; they may overlap.
     pub doubts: Vec<Doubted>,
+    /// Where something that is not simulated may use the feed in force, in order of execution.
+    pub feed_uses: Vec<FeedUse>,
     /// The files that were called, in the order of their first call; those linked to the program come first.
     pub files: Vec<File>,
     /// True when the program's own lengths are in inches (the unit in force at its first motion).
@@ -308,6 +323,13 @@ impl Toolpath {
     /// Blocks that cannot be read, by number, each once. Nothing in them takes effect here, not even an F word.
     pub fn unread(&self) -> Vec<BlockId> {
         let mut blocks: Vec<BlockId> = self.doubts.iter().flat_map(|doubted| doubted.unread.iter().copied()).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        blocks
+    }
+    /// Blocks in which something that is not simulated may use the feed in force, by number, each once.
+    pub fn blocks_that_use_the_feed(&self) -> Vec<BlockId> {
+        let mut blocks: Vec<BlockId> = self.feed_uses.iter().map(|used| used.block).collect();
         blocks.sort_unstable();
         blocks.dedup();
         blocks

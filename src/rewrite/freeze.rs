@@ -5,6 +5,7 @@
 //! subprogram called twice), no single line before it could restate the feed, so nothing in those modal spans changes. Neither does a feed
 //! that is set in a block under the block-delete switch.
 
+use std::collections::HashSet;
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
@@ -24,6 +25,7 @@ const TOGETHER: usize = 4096;
 
 /// Marks the moves whose feed must stay ([`Move::freeze`]) and those that cannot be cut ([`Move::splittable`]).
 pub fn freeze(program: &Program, toolpath: &mut Toolpath, job: &Job) {
+    hold_used_feeds(program, toolpath);
     if program.dialect().properties().counts_blocks {
         plain::one_feed_a_span(program, toolpath);
     }
@@ -34,6 +36,22 @@ pub fn freeze(program: &Program, toolpath: &mut Toolpath, job: &Job) {
         motion.freeze = found[index];
         motion.splittable &= !whole[index];
     }
+}
+
+/// Keeps the feeds that something not simulated may use: of the moves in its block, and where no line can be inserted before that, of every
+/// move under the F word in force.
+fn hold_used_feeds(program: &Program, toolpath: &mut Toolpath) {
+    let uses = std::mem::take(&mut toolpath.feed_uses);
+    let blocks: HashSet<BlockId> = uses.iter().map(|used| used.block).collect();
+    let inserts = !program.dialect().properties().counts_blocks;
+    let words: HashSet<_> = uses.iter().filter(|_| !inserts).filter_map(|used| used.word).collect();
+    for motion in &mut toolpath.moves {
+        let held = blocks.contains(&motion.block) || motion.feed.word.is_some_and(|word| words.contains(&word));
+        if held && motion.kind == MoveKind::Feed {
+            motion.freeze = motion.freeze.or(Some(Freeze::NotUnderstood));
+        }
+    }
+    toolpath.feed_uses = uses;
 }
 
 /// Why each move must keep its feed, by move index: what the interpreter found, then what the text forbids.

@@ -69,6 +69,17 @@ pub fn round_down(feed_mm_s: f64, unit: FeedUnit, style: NumberStyle, dialect: D
     (first..=MOST_DIGITS.max(first)).map(|digits| Decimal::at_most(value, digits)).find(fine)
 }
 
+/// The whole F number for a feed, rounded down; `None` where that would be zero, or in inverse time or per revolution too coarse.
+pub fn round_down_to_whole(feed_mm_s: f64, unit: FeedUnit) -> Option<Decimal> {
+    let value = unit.f_of(feed_mm_s);
+    if !unit.is_usable() || !value.is_finite() || value > 1e9 {
+        return None;
+    }
+    let number = Decimal::at_most(value, 0);
+    let fine = unit.mode == FeedMode::PerMinute || value - number.value() <= COARSEST * value;
+    (value > 0.0 && !number.is_zero() && fine).then_some(number)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

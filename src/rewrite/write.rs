@@ -15,7 +15,7 @@ use crate::nc::{Dialect, FeedMode, Part, Program, Toolpath};
 use super::Stats;
 use super::decimal::NumberStyle;
 use super::edit::Edit;
-use super::fword::{FeedUnit, round_down};
+use super::fword::{FeedUnit, round_down, round_down_to_whole};
 use super::mark::{self, Note};
 use super::memory::Memory;
 use super::plan::{Plan, Want};
@@ -67,6 +67,8 @@ pub struct Writer<'a> {
     toolpath: &'a Toolpath,
     /// Blocks that cannot be read, by number.
     unread: Vec<BlockId>,
+    /// Blocks in which something that is not simulated may use the feed in force.
+    feed_uses: Vec<BlockId>,
     pub(super) job: &'a Job,
     pub(super) dialect: Dialect,
     pub(super) manners: Manners,
@@ -144,6 +146,7 @@ impl<'a> Writer<'a> {
             part: part.clone(),
             toolpath,
             unread: toolpath.unread(),
+            feed_uses: toolpath.blocks_that_use_the_feed(),
             job,
             dialect,
             manners,
@@ -198,7 +201,7 @@ impl<'a> Writer<'a> {
                 self.kept.push((id, "it steers the flow of the program".to_owned()));
                 self.keep(id, &view, plan)
             }
-            Want::Nothing if view.flow || view.delete || unit_changes || self.is_unread(id) => {
+            Want::Nothing if view.flow || view.delete || unit_changes || self.is_unread(id) || self.uses_feed(id) => {
                 self.keep(id, &view, plan)
             }
             Want::Nothing => self.pass(&view),
@@ -229,7 +232,8 @@ impl<'a> Writer<'a> {
         let mut change = Change { leave_note: true, ..Change::default() };
         let without = plan.first.is_some() && plan.word.is_none();
         let aside = self.is_unread(id);
-        let restates_itself = without || (view.has(b'F') || view.computed_feed) && !view.delete && !aside;
+        let restates_itself =
+            without || (view.has(b'F') || view.computed_feed) && !view.delete && !aside && !self.uses_feed(id);
         if !restates_itself && self.now != FeedInForce::Original && !self.may_insert() {
             self.say_original(view, plan, &mut change);
         } else if !restates_itself && self.now != FeedInForce::Original {
@@ -258,6 +262,11 @@ impl<'a> Writer<'a> {
     /// before and after it.
     fn is_unread(&self, id: BlockId) -> bool {
         self.unread.binary_search(&id).is_ok()
+    }
+
+    /// May something in the block that is not simulated use the feed in force?
+    fn uses_feed(&self, id: BlockId) -> bool {
+        self.feed_uses.binary_search(&id).is_ok()
     }
 
     /// The original feed for which the F in force stands.
@@ -421,9 +430,14 @@ impl<'a> Writer<'a> {
         if !per_block && (feed_mm_s - motion.feed.mm_s).abs() <= 1e-9 * motion.feed.mm_s {
             return Some(original.clone());
         }
-        let mut style = self.manner.style;
-        style.point |= self.dialect.feed_needs_point(self.modes.inch);
-        let number = round_down(feed_mm_s, self.unit(motion, length_mm), style, self.dialect)?;
+        let style = self.manner.style;
+        let unit = self.unit(motion, length_mm);
+        // Without a point it may count hundredths: only a number without one is then in the unit of the original's.
+        let number = if self.dialect.counts_feeds(self.modes.inch) && !style.point && style.digits == 0 {
+            round_down_to_whole(feed_mm_s, unit)?
+        } else {
+            round_down(feed_mm_s, unit, style, self.dialect)?
+        };
         Some(Feed { text: style.write(number), value: number.value(), ..original.clone() })
     }
 

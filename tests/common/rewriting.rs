@@ -85,7 +85,10 @@ pub fn check(
         return Err(format!("{:?}\n{}", proof.differences, text()));
     }
     let after = nc::interpret(&output, environment);
-    feeds_hold(&toolpath, &after, schedule).map_err(|why| format!("{why}\n{}", text()))?;
+    // Where a number without a point may count hundredths of an inch, a feed is a whole number of them as the program writes it.
+    let whole_inches = program.dialect().counts_feeds(toolpath.inch);
+    let coarse_mm_s = if whole_inches { 25.4 / 60.0 } else { 0.1 / 60.0 + 25.4 * 0.01 / 60.0 + 1.0 / 60.0 };
+    feeds_hold(&toolpath, &after, schedule, coarse_mm_s).map_err(|why| format!("{why}\n{}", text()))?;
     let again = rewrite::rewrite(&output, &after, &unchanged(&after), job);
     if again.bytes != rewritten.bytes || again.files != rewritten.files {
         return Err(format!("a second run changes it:\n{}\n---\n{}", text(), String::from_utf8_lossy(&again.bytes)));
@@ -95,7 +98,7 @@ pub fn check(
 
 /// Every stretch of the written path runs at most at the feed asked for there, and at not much less unless the block could
 /// not be cut; frozen moves run at the feed they had.
-fn feeds_hold(before: &Toolpath, after: &Toolpath, schedule: &Schedule) -> Result<(), String> {
+fn feeds_hold(before: &Toolpath, after: &Toolpath, schedule: &Schedule, coarse_mm_s: f64) -> Result<(), String> {
     let mut rest = after.moves.iter();
     let mut pieces = schedule.pieces.as_slice();
     for (index, whole) in before.moves.iter().enumerate() {
@@ -115,7 +118,7 @@ fn feeds_hold(before: &Toolpath, after: &Toolpath, schedule: &Schedule) -> Resul
                 // A block of several motions (a corner of the offset path is one) has the lowest feed of all of them.
                 let beside = [index.wrapping_sub(1), index + 1].map(|k| before.moves.get(k).map(|other| other.block));
                 let alone = !beside.contains(&Some(whole.block));
-                feed_holds(whole, part.feed.mm_s, asked, (from, to), alone)
+                feed_holds(whole, part.feed.mm_s, asked, (from, to), alone, coarse_mm_s)
                     .map_err(|why| format!("line {} → {}: {why}", whole.line, part.line))?;
             }
             from = to;
@@ -133,6 +136,7 @@ fn feed_holds(
     asked: &[FeedPiece],
     (from, to): (f64, f64),
     alone: bool,
+    coarse_mm_s: f64,
 ) -> Result<(), String> {
     let same = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
     if whole.freeze.is_some() {
@@ -144,10 +148,9 @@ fn feed_holds(
         return Ok(());
     }
     let all = asked.iter().map(|piece| piece.feed_mm_s).fold(f64::INFINITY, f64::min);
-    let coarse = 0.1 / 60.0 + 25.4 * 0.01 / 60.0 + 1.0 / 60.0;
     if feed > least * (1.0 + 1e-9) {
         Err(format!("{feed} mm/s where {least} was asked for"))
-    } else if feed < all - coarse - 0.01 * all && whole.shared.is_none() && alone {
+    } else if feed < all - coarse_mm_s - 0.01 * all && whole.shared.is_none() && alone {
         Err(format!("{feed} mm/s where {all} was possible everywhere"))
     } else {
         Ok(())

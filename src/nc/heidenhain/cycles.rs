@@ -104,6 +104,10 @@ impl Interpreter<'_, Heidenhain> {
         if !matches!(self.family.cycle_number, 200 | 201 | 203) {
             let text = format!("cycle {} is kept, not simulated", self.family.cycle_number);
             let help = "what it cuts is not known to the simulation";
+            // From 200 on cycles have feeds of their own.
+            if self.family.cycle_number < 200 {
+                self.uses_feed();
+            }
             return self.say("nc::cycle", Severity::Warning, place, text, help);
         }
         let unknown = [200, 201, 202, 203, 204, 206].into_iter().find(|index| self.parameters.known(*index).is_none());

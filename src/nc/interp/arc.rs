@@ -14,6 +14,9 @@ use crate::path::{Arc, Curve, Plane, Vec3};
 
 /// Difference of start and end radius from which on there is a warning, mm; from ten times that on it is an error.
 const RADIUS_MISMATCH_MM: f64 = 0.05;
+/// Turns of one arc that are followed: a thread of 0.25 mm pitch over 250 mm has as many. What asks for more is a mistake, and its stations
+/// would fill the memory.
+const MOST_TURNS: f64 = 1000.0;
 /// Angle below which an arc is a full turn, rad.
 const FULL_TURN_RAD: f64 = 1e-6;
 
@@ -26,7 +29,7 @@ impl<F: Family> Interpreter<'_, F> {
         let place = words.g.last().map(|g| g.1).or(words.span(b'R')).or(words.span(b'I')).or(words.span(b'J'));
         let place = place.unwrap_or_else(|| self.flow.source.program().span(self.block.id));
         let from = self.place.programmed;
-        let turns = words.get(b'P').map_or(1.0, |p| p.round().clamp(1.0, 1e4));
+        let turns = words.get(b'P').map_or(1.0, |p| p.round().max(1.0));
         let centre = match words.get(b'R') {
             Some(radius) => self.centre_from_radius(from, target, radius * self.modal.unit_mm(), clockwise, place),
             None => self.centre_from_words(words, from, target, place),
@@ -53,6 +56,11 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// Makes an arc given in programmed coordinates.
     pub(crate) fn arc_to(&mut self, plane: Plane, target: Vec3, centre: Vec3, sweep: f64) {
+        if sweep.abs() > MOST_TURNS * TAU {
+            let place = self.flow.source.program().span(self.block.id);
+            let text = format!("an arc of {:.0} turns is not followed", sweep.abs() / TAU);
+            return self.misread("nc::turns", place, text, "write it in parts that have fewer");
+        }
         let centre = self.frame.apply(centre);
         let sweep = if self.frame.mirrors(plane) { -sweep } else { sweep };
         if self.compensated(MoveKind::Feed, target, Some((centre, sweep))) {

@@ -6,14 +6,19 @@
 //! stock is wrong there, and returning to the known frame does not correct it.
 
 use super::interpreter::{Family, Interpreter};
+use super::state::FeedWord;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
-use crate::nc::doubt::{Doubt, Doubted};
-use crate::nc::toolpath::MoveKind;
+use crate::nc::doubt::{Displaced, Doubt, Doubted};
+use crate::nc::toolpath::{FeedUse, MoveKind};
 
 impl<F: Family> Interpreter<'_, F> {
     /// From the next move on part or frame are not known.
     pub(crate) fn doubt(&mut self, doubt: Doubt, place: Span) {
+        self.displace(doubt);
+        if doubt.may_use_the_feed() {
+            self.uses_feed();
+        }
         let raised = &mut self.messages.raised[doubt as usize];
         raised.count += 1;
         if raised.open.is_none() {
@@ -26,6 +31,25 @@ impl<F: Family> Interpreter<'_, F> {
             let text = format!("{}: no feed is raised from here on", doubt.why());
             self.say("nc::doubt", Severity::Warning, place, text, doubt.remedy());
         }
+    }
+
+    /// Where the tool stands is not known any more: no block is cut in pieces until each axis is commanded to an absolute position, because
+    /// a piece would send it to a point on a path that it does not take.
+    fn displace(&mut self, doubt: Doubt) {
+        let displaced = doubt.displaces();
+        if displaced != Displaced::No {
+            self.place.displaced = [true; 3];
+            self.block.splittable = false;
+        }
+        self.block.displaced |= displaced == Displaced::Behind;
+    }
+
+    /// Something that is not simulated may use the feed in force: another program, a code that is not known, a variable that reads it.
+    pub(crate) fn uses_feed(&mut self) {
+        let Some((first, _)) = self.linked_at() else { return };
+        let FeedWord { value, word, .. } = self.modal.feed;
+        let block = BlockId(first + self.block.id.0);
+        self.out.feed_uses.push(FeedUse { block, value, mode: self.modal.feed_mode, word });
     }
 
     /// Raises the doubt of a block that cannot be read: neither its effect nor the feed after it is known.

@@ -72,6 +72,10 @@ pub struct Flow<'a> {
     pub files: Vec<File>,
     /// Routines that no file was found for.
     pub missing: BTreeSet<String>,
+    /// There was a branch that only the control can decide.
+    pub branched: bool,
+    /// The block-delete switch of the first block that has one.
+    pub switch: Option<u8>,
     /// Labels of each text, read when they are first asked for.
     pub labels: Vec<Option<Rc<Labels>>>,
     /// Calls under way, the innermost last.

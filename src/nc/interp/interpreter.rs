@@ -9,7 +9,7 @@ use super::flow::{Flow, Source, cost_of_one_pass};
 use super::labels::Labels;
 use super::state::{
     After, BlockState, Compensation, Contour, Corner, Corners, Cycles, Frame, Messages, Modal, Motion, Offsets, Place,
-    Rotary, Spindle,
+    Rotary, Spindle, ToolLength,
 };
 use super::unroll::{Executed, Plain, Record};
 use super::words::Words;
@@ -17,6 +17,7 @@ use super::{shared_feeds, thread_feeds};
 use crate::diag::{Severity, Span};
 use crate::ids::{BlockId, MoveId};
 use crate::nc::dialect::Properties;
+use crate::nc::doubt::Doubt;
 use crate::nc::environment::Environment;
 use crate::nc::expr::Parameters;
 use crate::nc::program::Program;
@@ -33,6 +34,8 @@ const NO_PLACE: [u16; 18] = [40, 100, 280, 300, 500, 501, 510, 511, 520, 530, 65
 pub(crate) trait Family: Sized {
     /// Does a subprogram have local variables even if it is called without arguments?
     const OWN_VARIABLES: bool = false;
+    /// Does D select the edge of the tool, and with it its length? Else H does.
+    const EDGES_BY_D: bool = false;
     /// May a corner (rounding, chamfer) stand in a block after the motion that it shortens?
     const CORNERS_BEHIND: bool = false;
 
@@ -76,6 +79,8 @@ pub(crate) trait Family: Sized {
         run.unknown_when_unrolled(place, number);
         number.saturating_add(1)
     }
+    /// A numbered variable is set that may be the control's own.
+    fn sets_variable(_run: &mut Interpreter<'_, Self>, _number: u32) {}
     /// Adds the labels of a block.
     fn label(labels: &mut Labels, program: &Program, block: BlockId);
 
@@ -133,9 +138,10 @@ pub(crate) struct Interpreter<'a, F> {
     pub(crate) modal: Modal,
     pub(crate) frame: Frame,
     pub(crate) place: Place,
-    pub(super) rotary: Rotary,
+    pub(crate) rotary: Rotary,
     pub(super) offsets: Offsets,
     pub(super) spindle: Spindle,
+    pub(crate) tool_length: ToolLength,
     pub(crate) compensation: Compensation,
     pub(crate) corners: Corners,
     pub(super) cycles: Cycles,
@@ -166,6 +172,8 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 began: false,
                 files: program.files().to_vec(),
                 missing: std::collections::BTreeSet::new(),
+                branched: false,
+                switch: None,
                 labels: Vec::new(),
                 calls: Vec::new(),
                 counts: Vec::new(),
@@ -176,12 +184,20 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 misread: None,
                 freeze: None,
                 splittable: true,
+                displaced: false,
                 contour_mm: None,
                 assignments: Vec::new(),
             },
             modal,
             frame: Frame::default(),
-            place: Place { programmed: tool, tool, known: [start.is_some(); 3], elsewhere: [false; 3], probed: false },
+            place: Place {
+                programmed: tool,
+                tool,
+                known: [start.is_some(); 3],
+                elsewhere: [false; 3],
+                displaced: [false; 3],
+                probed: false,
+            },
             rotary: Rotary::default(),
             offsets: Offsets { first: None, last: modal.wcs, unstated: Vec::new() },
             spindle: Spindle {
@@ -189,6 +205,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 by_hand: !env.speeds_rps.is_empty() && !has_m(program, &[3, 4]),
                 t_changes_tool: program.dialect().t_changes_tool(has_m(program, &[6])),
             },
+            tool_length: ToolLength::default(),
             compensation: Compensation {
                 active: None,
                 contour: Contour::Off,
@@ -260,16 +277,28 @@ impl<'a, F: Family> Interpreter<'a, F> {
         }
         self.count();
         (self.block.misread, self.block.freeze, self.block.contour_mm) = (None, None, None);
+        self.block.displaced = false;
+        if self.flow.branched && self.may_be_reached_from_elsewhere(block) {
+            self.place.displaced = [true; 3];
+        }
         self.gather(block, words);
-        if words.delete && self.env.block_delete {
+        if words.delete {
+            self.doubt_of_switches(words.switch);
+        }
+        if words.delete && (self.env.block_delete || self.env.switches_on >> words.switch & 1 == 1) {
             self.block.assignments.clear();
             self.corners.next = None;
             return;
         }
         self.begin(words);
         let source = self.record.as_ref().map(|_| (self.flow.source.clone(), !self.in_subprogram()));
-        let understood = self.block.freeze;
+        let (understood, moves) = (self.block.freeze, self.out.moves.len());
         let after = F::block(self, block, words);
+        if after == After::Done && self.block.displaced && self.out.moves.len() == moves {
+            // A branch that only the control can decide.
+            self.flow.branched = true;
+            self.uses_feed();
+        }
         if let Some((source, own)) = source {
             if after == After::Done && self.block.freeze != understood {
                 self.cannot_unroll("what is not understood here", None);
@@ -305,6 +334,21 @@ impl<'a, F: Family> Interpreter<'a, F> {
         }
     }
 
+    /// Only two positions are simulated: every block-delete switch off, and every one on.
+    fn doubt_of_switches(&mut self, number: u8) {
+        if *self.flow.switch.get_or_insert(number) != number {
+            self.doubt(Doubt::BlockDelete, self.flow.source.program().span(self.block.id));
+        }
+    }
+
+    /// Has the block a number, a label or a word of the flow, so that a branch may lead to it?
+    fn may_be_reached_from_elsewhere(&self, block: BlockId) -> bool {
+        let marks = |token: Token| {
+            matches!(token.kind, TokenKind::Word(b'N' | b'O') | TokenKind::Label | TokenKind::Routine | TokenKind::Name)
+        };
+        self.flow.source.program().tokens(block).any(marks)
+    }
+
     /// After a block under the block-delete switch the axes that it names (all, if it does more than move) may stand elsewhere, until
     /// they are commanded to an absolute position.
     fn note_places(&mut self, words: &Words) {
@@ -314,6 +358,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
             let placed = places && words.has(*letter) && !self.modal.incremental;
             let named = words.delete && (words.has(*letter) || !moves);
             self.place.elsewhere[axis] = named || self.place.elsewhere[axis] && !placed;
+            self.place.displaced[axis] = self.block.displaced || self.place.displaced[axis] && !placed;
         }
     }
 
@@ -401,6 +446,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
         }
         self.block.splittable = self.flow.calls.is_empty()
             && self.place.elsewhere == [false; 3]
+            && self.place.displaced == [false; 3]
             && !words.has_any(b"ST")
             && words.m.is_empty();
         self.block.splittable &= self.corners.next.is_none();

@@ -21,6 +21,7 @@ mod settings;
 mod shared_feeds;
 pub(super) mod state;
 mod thread_feeds;
+mod tool_length;
 pub(super) mod unroll;
 pub(super) mod values;
 pub(super) mod words;

@@ -31,6 +31,9 @@ impl<F: Family> Interpreter<'_, F> {
         let turned = self.rotary_words(words);
         if !machine {
             self.offset_in_use();
+            if self.modal.motion != Motion::Rapid {
+                self.length_in_use(self.flow.source.program().span(self.block.id));
+            }
         }
         let feeding = matches!(self.modal.motion, Motion::Feed | Motion::Clockwise | Motion::CounterClockwise);
         self.warn_of_rotary(words, turned, feeding);

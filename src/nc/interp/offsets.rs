@@ -17,7 +17,8 @@ impl<F: Family> Interpreter<'_, F> {
     /// G54–G59, G59.1–G59.3 (590 + n), G54.1 P (Fanuc), G154 P (Haas): the machine stays, its coordinates change.
     pub(crate) fn select_wcs(&mut self, code: u16, words: &Words) {
         let wcs = match code {
-            541 | 1540 => 100 + words.get(b'P').unwrap_or(1.0).clamp(1.0, 300.0) as u16,
+            540 if words.has(b'P') && self.dialect().counts_increments => additional_offset(words),
+            541 | 1540 => additional_offset(words),
             591..=593 => 59 + (code - 590),
             _ => code / 10,
         };
@@ -99,11 +100,20 @@ impl<F: Family> Interpreter<'_, F> {
                         (self.place.known[axis], self.place.elsewhere[axis]) = (true, false);
                     }
                 }
-                self.frame.g92_aside = self.frame.g92;
+                (self.frame.g92_aside, self.frame.g92_said) = (self.frame.g92, true);
             }
-            921 => (self.frame.g92, self.frame.g92_aside) = (Vec3::zeros(), Vec3::zeros()),
+            921 => {
+                (self.frame.g92, self.frame.g92_aside) = (Vec3::zeros(), Vec3::zeros());
+                self.frame.g92_said = true;
+            }
             922 => self.frame.g92 = Vec3::zeros(),
-            923 => self.frame.g92 = self.frame.g92_aside,
+            923 => {
+                if !self.frame.g92_said {
+                    // What an earlier program left there.
+                    self.doubt(Doubt::ZeroShift, self.flow.source.program().span(self.block.id));
+                }
+                self.frame.g92 = self.frame.g92_aside;
+            }
             680 => self.rotate(words, axis_words),
             690 => {
                 self.frame.rotation = None;
@@ -166,6 +176,9 @@ impl<F: Family> Interpreter<'_, F> {
             let before = known(&self.compensation.wear_set).or_else(|| known(&self.env.wear_mm)).unwrap_or(0.0);
             self.compensation.wear_set.push((number, if self.modal.incremental { before + value } else { value }));
             return;
+        }
+        if [1.0, 10.0, 11.0].contains(&level) {
+            self.length_is_written(words.get(b'P').map(|p| p.max(0.0) as u32));
         }
         if level != 2.0 && level != 20.0 {
             self.say("nc::g10", Severity::Note, place, "this G10 does not move the tool here", "");
@@ -230,6 +243,11 @@ impl<F: Family> Interpreter<'_, F> {
         self.tool_to(MoveKind::Rapid, Curve::Line { from: self.place.tool, to });
         self.place.programmed = self.frame.invert(self.place.tool);
     }
+}
+
+/// G54.1 P, G54 P, G154 P: the additional offset of this number.
+fn additional_offset(words: &Words) -> u16 {
+    100 + words.get(b'P').unwrap_or(1.0).clamp(1.0, 300.0) as u16
 }
 
 fn set(shift: &mut Vec3, axis_words: [Option<f64>; 3]) {

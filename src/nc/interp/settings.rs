@@ -1,7 +1,7 @@
 //! G and M codes that put something in force: modes, units, offsets, feed, speed, tool. In: the words of a block. Out: changed state.
 
 use super::interpreter::{Family, Interpreter, Setting};
-use super::state::{Action, FeedWord, Modal, Motion};
+use super::state::{Action, FeedWord, Length, Modal, Motion, ToolLength};
 use super::words::Words;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
@@ -40,6 +40,7 @@ impl<F: Family> Interpreter<'_, F> {
             self.feed_word(value, words, unit_before);
         }
         self.speed_and_tool(words);
+        self.length_by_word(words);
         if F::calls_after_motions(self) {
             self.block.freeze = self.block.freeze.or(Some(Freeze::Cycle));
         }
@@ -130,6 +131,7 @@ impl<F: Family> Interpreter<'_, F> {
             50 | 51 if looks_ahead(words) && !dialect.g8_is_for_lathes => {}
             120 | 130 => {
                 *action = Action::Keep;
+                self.uses_feed();
                 let text = "the circular pocket is kept, not simulated";
                 self.not_understood("nc::cycle", span, text, "what it cuts is not known to the simulation");
             }
@@ -145,10 +147,13 @@ impl<F: Family> Interpreter<'_, F> {
                 if !self.frame.lost {
                     self.settle(Doubt::TiltedFrame);
                 }
+                self.length_by_code(code, words);
             }
             960 => self.doubt(Doubt::SurfaceSpeed, span),
             970 => self.spindle_is_known(Doubt::SurfaceSpeed),
-            80 | 110 | 431 | 432 | 531 | 1030 | 1870 => {}
+            // LinuxCNC: a length of its own, a further one added.
+            431 | 432 => self.tool_length.now = Length::Other,
+            80 | 110 | 531 | 1030 | 1870 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
                 let text = String::from_utf8_lossy(span.of(self.flow.source.program().text())).into_owned();
@@ -291,6 +296,7 @@ impl<F: Family> Interpreter<'_, F> {
 
     fn change_tool(&mut self) {
         self.modal.tool = self.modal.next_tool;
+        self.tool_length = ToolLength::default();
         self.event(Event::Tool { number: self.modal.tool, line: self.line_number() });
     }
 

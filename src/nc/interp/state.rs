@@ -164,6 +164,8 @@ pub struct Frame {
     pub g92: Vec3,
     /// G92 kept aside by G92.2.
     pub g92_aside: Vec3,
+    /// The program has set or cleared it.
+    pub g92_said: bool,
     /// G52
     pub local: Vec3,
     /// Changes of work offsets by G10 L2 against the setup, by number.
@@ -184,6 +186,7 @@ impl Default for Frame {
         Self {
             g92: zero,
             g92_aside: zero,
+            g92_said: false,
             local: zero,
             changed: Vec::new(),
             shift: zero,
@@ -265,6 +268,8 @@ pub struct Place {
     /// May this axis stand elsewhere than assumed? So after a block under the block-delete switch, a probing move, a block that was not
     /// understood, or a reference point that the setup does not give, until the axis is commanded to an absolute position.
     pub elsewhere: [bool; 3],
+    /// May this axis stand elsewhere because of a doubt? Until it is commanded to an absolute position no block is cut in pieces.
+    pub displaced: [bool; 3],
     /// A probing move was made.
     pub probed: bool,
 }
@@ -298,6 +303,27 @@ pub struct Offsets {
     pub unstated: Vec<u16>,
 }
 
+/// Which offset is in force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Length {
+    /// None since the tool came in.
+    #[default]
+    Unsaid,
+    /// The one with this number.
+    Number(u32),
+    /// None any more, or one that the setup cannot describe: G49, G44, G43.1, one that the program has written.
+    Other,
+}
+
+/// The length offset of the tool in the spindle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ToolLength {
+    /// The first one since it came in.
+    pub first: Length,
+    /// The one in force.
+    pub now: Length,
+}
+
 /// How spindle and tool changes are commanded.
 #[derive(Debug, Clone, Copy)]
 pub struct Spindle {
@@ -320,6 +346,8 @@ pub struct BlockState {
     pub freeze: Option<Freeze>,
     /// May its moves be cut in pieces?
     pub splittable: bool,
+    /// Where the tool stands behind it is in doubt, whatever its words say.
+    pub displaced: bool,
     /// Length of the contour that it programs, mm, where the tool runs beside it: its time is that of this length.
     pub contour_mm: Option<f64>,
     /// Its assignments, in force once it is read; `None` makes a variable vacant.

@@ -68,6 +68,7 @@ impl<F: Family> Interpreter<'_, F> {
             match target {
                 expr::Target::Number(index) => {
                     self.sets_the_control(index);
+                    F::sets_variable(self, index);
                     match value {
                         Some(value) => self.parameters.numbered.insert(index, value),
                         None => self.parameters.numbered.remove(&index),

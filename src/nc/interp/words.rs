@@ -22,6 +22,8 @@ pub struct Words {
     pub m: Vec<Code>,
     /// Begins with `/`.
     pub delete: bool,
+    /// Number of that block-delete switch, 1 to 9.
+    pub switch: u8,
     /// It holds more than words (flow control, an assignment, a call), which its family reads from the text.
     pub beyond: bool,
     /// Something is in it besides blanks and comments.
@@ -119,7 +121,11 @@ impl Words {
             // `$6`, `_6`: a sign before a number is no word.
             TokenKind::Word(letter) if !letter.is_ascii_alphabetic() => self.bad.push((token.kind, token.span)),
             TokenKind::Word(letter) => self.put(letter, token.number, token.span, false),
-            TokenKind::Delete => self.delete = true,
+            TokenKind::Delete => {
+                self.delete = true;
+                // `/` alone is `/1`; only a digit fits between the sign and the block.
+                self.switch = token.number.max(1.0) as u8;
+            }
             TokenKind::Bad | TokenKind::OpenComment => self.bad.push((token.kind, token.span)),
             TokenKind::Percent => self.beyond = true,
             _ => return false,

@@ -11,6 +11,9 @@ use crate::nc::interp::labels::label_of;
 use crate::nc::interp::state::After;
 use crate::nc::token::{Token, TokenKind};
 
+/// Variables that hold the feed: Macro B's of the block before and of the block being executed, LinuxCNC's.
+const FEEDS: [&[u8]; 3] = [b"#4109", b"#4309", b"#<_feed>"];
+
 /// Statements of Macro B that print, or name a variable: they move nothing.
 const PRINTS: [&str; 5] = ["POPEN", "DPRNT", "BPRNT", "PCLOS", "SETVN"];
 
@@ -280,6 +283,12 @@ impl Interpreter<'_, Rs274> {
             for axis in 0..3 {
                 self.parameters.numbered.extend([(5420 + axis, at[axis as usize]), (5041 + axis, at[axis as usize])]);
             }
+        }
+        if FEEDS.iter().any(|mark| asks(mark)) {
+            // What the program makes of the feed that it reads may be anything.
+            self.uses_feed();
+            let feed = self.modal.feed.value / unit;
+            self.parameters.numbered.extend([(4109, feed), (4309, feed)]);
         }
         if asks(b"#<_") {
             let truth = |it: bool| f64::from(u8::from(it));

@@ -48,7 +48,11 @@ fn scan(rest: Input<'_>, first: bool) -> (TokenKind, usize, f64) {
         },
         b';' => (TokenKind::Comment, length_of(to_line_end, rest), 0.0),
         b'%' => (TokenKind::Percent, length_of(to_line_end, rest), 0.0),
-        b'/' if first => (TokenKind::Delete, length_of(delete, rest), 0.0),
+        b'/' if first => {
+            let length = length_of(delete, rest);
+            let number = rest.get(1).filter(|_| length == 2).map_or(0.0, |digit| f64::from(digit - b'0'));
+            (TokenKind::Delete, length, number)
+        }
         b'#' => match length_of(assignment, rest) {
             0 => primary_or_bad(rest),
             length => (TokenKind::Assignment, length, 0.0),

@@ -110,6 +110,20 @@ impl Family for Rs274 {
         number
     }
 
+    /// Stops, work offsets and tool offsets by their variables: #3006; #5201 to #5390 and #7001 to #7946, #14001 to #14386; #2001 to #2400, #10001 to
+    /// #13999 (Fanuc B-64304EN, Custom macro, System variables; LinuxCNC, Numbered parameters: #5161 to #5390).
+    fn sets_variable(run: &mut Interpreter<'_, Self>, number: u32) {
+        let place = run.flow.source.program().span(run.block.id);
+        let macro_b = run.dialect().macro_b;
+        match number {
+            3006 if macro_b => run.doubt(Doubt::ProgramStop, place),
+            5161..=5390 => run.doubt(Doubt::ZeroShift, place),
+            7001..=7946 | 14001..=14386 if macro_b => run.doubt(Doubt::ZeroShift, place),
+            2001..=2400 | 10001..=13999 if macro_b => run.length_is_written(None),
+            _ => {}
+        }
+    }
+
     /// `END m` and `WHILE … DO m` of Macro B.
     fn label(labels: &mut Labels, program: &Program, block: BlockId) {
         let mut name: &[u8] = b"";

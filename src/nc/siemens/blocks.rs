@@ -5,17 +5,19 @@ use super::calls::repeats;
 use super::frames::ENDS_LOST_FRAME;
 use super::state::Siemens;
 use super::structures::structure_word;
+use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::interpreter::Setting;
 use crate::nc::interp::state::After;
 use crate::nc::interp::state::Corner;
+use crate::nc::interp::state::Length;
 use crate::nc::interp::state::Motion;
 use crate::nc::interp::values::left_of;
 use crate::nc::interp::words::Words;
 use crate::nc::token::{Token, TokenKind};
-use crate::nc::toolpath::PathMode;
+use crate::nc::toolpath::{Freeze, PathMode};
 
 /// Names that change nothing the toolpath shows.
 const WITHOUT_EFFECT: [&str; 26] = [
@@ -46,6 +48,13 @@ const WITHOUT_EFFECT: [&str; 26] = [
     "STARTFIFO",
     // The feed is constant along the path, as everywhere; FLIN and FCUB are not known.
     "FNORM",
+];
+
+/// What can be set without an effect on path or feed: where spindles stand, how corners and splines are smoothed, accelerations, limits of the
+/// spindle speed.
+const SETTINGS_WITHOUT_EFFECT: [&str; 13] = [
+    "SPOS", "SPOSA", "ADIS", "ADISPOS", "CTOL", "OTOL", "ATOL", "ACC", "ACCLIMA", "VELOLIMA", "JERKLIMA", "LIMS",
+    "FGREF",
 ];
 
 /// Names that belong to the motion of their block or change the frame.
@@ -188,8 +197,8 @@ impl Interpreter<'_, Siemens> {
                     self.family.defined.insert(name);
                 }
                 TokenKind::Assignment if !token.span.of(text).contains(&b'"') => {
-                    self.siemens_assignment(*token, token.span.of(text), words);
                     self.family.defined.insert(left_of(token.span.of(text)));
+                    self.siemens_assignment(*token, token.span.of(text), words);
                 }
                 _ => {}
             }
@@ -227,7 +236,44 @@ impl Interpreter<'_, Siemens> {
             }
             (_, Some(1)) if name.starts_with('S') => words.put(b'S', value, token.span, true),
             (_, Some(1)) if name.starts_with('M') => words.put(b'M', value, token.span, true),
-            _ => self.set_variable(&name, value),
+            _ if self.is_variable_here(&name) => self.set_variable(&name, value),
+            _ => self.control_setting(&name, value, token.span),
+        }
+    }
+
+    /// A name that the program has defined, an R parameter, or by its underscore a variable of the user.
+    fn is_variable_here(&self, name: &str) -> bool {
+        let base = name.split('[').next().unwrap_or_default();
+        let defined = || self.family.defined.iter().any(|known| known.split('[').next() == Some(base));
+        let parameter = base.strip_prefix('R').is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_digit()));
+        parameter || base.starts_with('_') || defined()
+    }
+
+    /// An assignment to something of the control: a probing move, an axis by its full name, a setting; what is not known may be anything.
+    fn control_setting(&mut self, name: &str, value: f64, place: Span) {
+        let base = name.split('[').next().unwrap_or_default();
+        let digits = base.get(1..).is_some_and(|rest| rest.bytes().all(|byte| byte.is_ascii_digit()));
+        match (base, base.as_bytes().first()) {
+            ("MEAS" | "MEAW" | "MEASA" | "MEAWA" | "MEAC", _) => {
+                self.block.freeze = Some(Freeze::Probe);
+                self.place.probed = true;
+                self.doubt(Doubt::Probe, place);
+            }
+            ("TOFFL" | "TOFF" | "TOFFR" | "TCARR" | "DL", _) => self.tool_length.now = Length::Other,
+            _ if SETTINGS_WITHOUT_EFFECT.contains(&base) => {}
+            (_, Some(b'A' | b'B' | b'C')) if digits => {
+                if value != 0.0 || self.rotary.zero_lost {
+                    self.rotary.zero_lost = true;
+                    self.doubt(Doubt::RotaryAxis, place);
+                }
+            }
+            // Other spindles, their M and H functions.
+            (_, Some(b'S' | b'M' | b'H')) if digits => {}
+            _ => {
+                self.doubt(Doubt::UnknownCode, place);
+                let text = format!("{name} is not known here");
+                self.not_understood("nc::not-understood", place, text, "its block is kept as it is");
+            }
         }
     }
 

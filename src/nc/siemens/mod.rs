@@ -26,8 +26,12 @@ use super::token::{Token, TokenKind};
 use crate::diag::Span;
 use crate::ids::BlockId;
 
+/// Variables of the control that hold the feed.
+const FEEDS: [&[u8]; 4] = [b"$P_F", b"$AC_F", b"$AC_VC", b"$AC_VACTB"];
+
 impl Family for Siemens {
     const OWN_VARIABLES: bool = true;
+    const EDGES_BY_D: bool = true;
 
     fn new() -> Self {
         Self { modal_call: None, passed: Vec::new(), defined: BTreeSet::new(), through: [None; 3] }
@@ -48,6 +52,13 @@ impl Family for Siemens {
     fn after_motion(run: &mut Interpreter<'_, Self>, words: &Words, moved: bool) {
         if moved {
             run.modal_cycle(words);
+        }
+    }
+
+    fn before_value(run: &mut Interpreter<'_, Self>, text: &[u8]) {
+        let text = text.to_ascii_uppercase();
+        if FEEDS.iter().any(|name| text.windows(name.len()).any(|part| part == *name)) {
+            run.uses_feed();
         }
     }
 

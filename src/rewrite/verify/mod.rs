@@ -21,6 +21,8 @@ mod motion;
 mod proof;
 mod words;
 
+use std::collections::BTreeSet;
+
 use crate::nc::{self, BYTE_ORDER_MARK, Environment, Program, Toolpath, interpret, parse};
 pub use proof::{Difference, Proof, Rise};
 use words::Done;
@@ -56,12 +58,13 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
     if original.text().starts_with(BYTE_ORDER_MARK) != rewritten.text().starts_with(BYTE_ORDER_MARK) {
         proof.differ(Some(1), Some(1), "only one of them begins with a byte order mark");
     }
-    let read = |block_delete| {
-        let environment = Environment { block_delete, ..environment.clone() };
+    let read = |block_delete, switches_on| {
+        let environment = Environment { block_delete, switches_on, ..environment.clone() };
         let read = |program| interpret(program, &environment);
         <[Toolpath; 2]>::from(rayon::join(|| read(original), || read(rewritten)))
     };
-    let (roles, off) = rayon::join(|| align::align(original, rewritten, environment.inch, &mut proof), || read(false));
+    let (roles, off) =
+        rayon::join(|| align::align(original, rewritten, environment.inch, &mut proof), || read(false, 0));
     if proof.holds() {
         let mut done = [original, rewritten].map(|program| Done::new(program.len()));
         let mut compare = |both: &[Toolpath; 2], keeps: bool, proof: &mut Proof| {
@@ -70,7 +73,10 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
         };
         compare(&off, true, &mut proof);
         if original.has_block_delete() {
-            compare(&read(true), false, &mut proof);
+            compare(&read(true, 0), false, &mut proof);
+        }
+        for switches_on in some_switches(original) {
+            compare(&read(false, switches_on), false, &mut proof);
         }
         words::check(original, rewritten, &roles, &done, &mut proof);
         proof.lines = done[0].lines();
@@ -79,6 +85,18 @@ fn prove(original: &Program, rewritten: &Program, environment: &Environment<'_>)
     proof.quote(original, rewritten);
     proof.name_files(original, rewritten);
     proof
+}
+
+/// Positions of block-delete switches of different numbers, as bits of those that are on: each alone, and each alone off.
+fn some_switches(original: &Program) -> Vec<u16> {
+    let number = |token: nc::Token| (token.kind == nc::TokenKind::Delete).then_some(token.number.max(1.0) as u8);
+    let all = original.blocks().flat_map(|block| original.tokens(block)).filter_map(number);
+    let all = all.fold(0_u16, |bits, number| bits | 1 << number);
+    if !original.has_block_delete() || all.count_ones() < 2 {
+        return Vec::new();
+    }
+    let each = (1..10).map(|number| 1 << number).filter(|bit| all & bit != 0);
+    each.flat_map(|bit| [bit, all & !bit]).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 /// For every line of a rewritten program, the line of its original (by index) that it stands for or stands before. Where the

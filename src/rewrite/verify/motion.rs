@@ -5,7 +5,7 @@
 //! points lie within half an increment of its path, everything between within one increment (an arc's centre is rounded
 //! too), further along at each piece; arcs keep plane, sense, and centre (rounded) or radius, and their turns add up.
 
-use crate::nc::{Event, Freeze, Move, MoveKind, Spin, Toolpath};
+use crate::nc::{Event, FeedUse, Freeze, Move, MoveKind, Spin, Toolpath};
 use crate::path::{Arc, Curve, Vec3};
 
 use super::align::{Role, Roles};
@@ -54,6 +54,20 @@ pub fn compare([before, after]: &[Toolpath; 2], roles: &Roles, keeps: bool, proo
     }
     if let Some(event) = rest.next() {
         proof.differ(None, Some(line_of(&event, after)), "the rewritten program goes on where the original ends");
+    }
+    compare_feed_uses(&before.feed_uses, &after.feed_uses, proof);
+}
+
+/// The feed in force must be the old one wherever something that is not simulated may use it.
+fn compare_feed_uses(before: &[FeedUse], after: &[FeedUse], proof: &mut Proof) {
+    if before.len() != after.len() {
+        return proof.differ(None, None, "the feed in force is used at other places");
+    }
+    for (a, b) in before.iter().zip(after) {
+        if a.mode != b.mode || (a.value - b.value).abs() > SAME_FEED * a.value.abs() {
+            let text = "another feed is in force where something that is not simulated may use it";
+            proof.differ(Some(a.block.0 + 1), Some(b.block.0 + 1), text);
+        }
     }
 }
 
@@ -266,6 +280,9 @@ fn wrong_pieces(whole: &Move, pieces: &[&Move], increment_mm: f64) -> Option<&'s
     let feeds = pieces.iter().all(|piece| piece.kind == MoveKind::Feed && piece.freeze.is_none());
     if whole.kind != MoveKind::Feed || circumstances(whole).is_some() || !feeds {
         return Some("a motion that must stay whole is cut");
+    }
+    if !whole.splittable {
+        return Some("a motion whose start or end is not known, or that the control makes of it, is cut");
     }
     if !joined
         || !same_point(first.curve().from(), whole.curve().from())

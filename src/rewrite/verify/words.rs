@@ -22,8 +22,12 @@ use super::exact::Exact;
 use super::line::{self, is_ours};
 use super::proof::Proof;
 
-/// Largest F that is believed: far above any machine in any unit.
-const MOST_F: f64 = 1e9;
+/// Largest F that is believed: 1 km/min.
+const MOST_F: f64 = 1e6;
+/// Smallest F that is believed: a feed per revolution in inches has five digits.
+const LEAST_F: f64 = 1e-5;
+/// Most bytes of the number of an F: a Fanuc reads eight digits.
+const MOST_BYTES: usize = 10;
 /// Most digits behind the point of an F that are believed: a feed per revolution in inches takes five.
 const MOST_DIGITS: u32 = 5;
 
@@ -40,13 +44,22 @@ pub struct Done {
     centres: Vec<Option<[u8; 2]>>,
     /// Feeds that are not per minute, anywhere.
     other_units: bool,
+    /// The program is in inches.
+    inch: bool,
 }
 
 impl Done {
     /// Nothing yet, for a program of so many lines.
     pub fn new(lines: usize) -> Self {
         let none = || vec![false; lines];
-        Self { reached: none(), moves: none(), feeds: none(), centres: vec![None; lines], other_units: false }
+        Self {
+            reached: none(),
+            moves: none(),
+            feeds: none(),
+            centres: vec![None; lines],
+            other_units: false,
+            inch: false,
+        }
     }
     /// Adds what is done in one position of the block-delete switch.
     pub fn add(&mut self, toolpath: &Toolpath) {
@@ -62,6 +75,7 @@ impl Done {
                 *centre = Some([first, second].map(|axis| b"IJK"[axis]));
             }
         }
+        self.inch |= toolpath.inch;
         let other_unit = |motion: &Move| motion.kind == MoveKind::Feed && motion.feed.mode != FeedMode::PerMinute;
         self.other_units |= toolpath.moves.iter().any(other_unit);
         // A move made by another file stands at the line of its call.
@@ -102,22 +116,26 @@ pub fn check(original: &Program, rewritten: &Program, roles: &Roles, done: &[Don
     let numbers = Numbers::of(original);
     let manner = FWordStyle::of(original, &done[0]);
     let mut stated: &[u8] = b"";
+    let mut fed_before = false;
     for (line, role) in roles.of.iter().enumerate() {
         let block = BlockId(line as u32);
         let wrong = match role {
             Role::Same(own) if original.line_text(*own) == rewritten.line_text(block) => None,
             Role::Same(own) => same_code(original, *own, rewritten, block)
                 .or_else(|| new_feed(original, *own, rewritten, block, done, stated, &manner)),
-            Role::Last(own) => last_piece(original, *own, rewritten, block, done, &manner),
-            Role::Piece(own) => {
-                piece(original, *own, rewritten, block, done, &manner).or_else(|| numbers.clash(rewritten, block))
-            }
+            Role::Last(own) => last_piece(original, *own, rewritten, block, done, stated, &manner),
+            Role::Piece(own) => piece(original, *own, rewritten, block, done, stated, &manner)
+                .or_else(|| numbers.clash(rewritten, block)),
             Role::Added => {
                 added(rewritten, block, &done[1], stated, &manner).or_else(|| numbers.clash(rewritten, block))
             }
         };
         let unchanged = matches!(role, Role::Same(own) if original.line_text(*own) == rewritten.line_text(block));
         let wrong = wrong.or_else(|| if unchanged { None } else { foreign_comment(rewritten, block) });
+        let feeds_alone = matches!(role, Role::Added) && !feeds(rewritten, block).is_empty();
+        // Under radius compensation two blocks without a motion end the look-ahead of many controls.
+        let wrong = wrong.or((fed_before && feeds_alone).then_some("two feeds in a row are added"));
+        fed_before = feeds_alone;
         if let Role::Same(own) | Role::Last(own) = role {
             stated = feeds(original, *own).last().unwrap_or(&stated);
         }
@@ -141,6 +159,8 @@ struct FWordStyle {
     digits: Option<u32>,
     /// All have a point, and the control may count increments without one.
     pointed: bool,
+    /// In inches such a control takes F40 for 0.40 or for 40.
+    counts_inches: bool,
 }
 
 impl FWordStyle {
@@ -152,11 +172,18 @@ impl FWordStyle {
             && words().next().is_some()
             && words().all(|word| word.contains(&b'.'));
         let digits = (!done.other_units).then(|| digits.max(dialect.feed_digits(true) as u32));
-        Self { digits, pointed }
+        let counts_inches = dialect.properties().counts_increments && done.inch;
+        Self { digits, pointed, counts_inches }
     }
     /// What is wrong with a new F word.
-    fn wrong(&self, word: &[u8]) -> Option<&'static str> {
+    fn wrong(&self, word: &[u8], like: &[u8]) -> Option<&'static str> {
         let number = plain_number(word)?;
+        if line::number_of(word).len() > MOST_BYTES {
+            return Some("an F has more digits than a control reads");
+        }
+        if self.counts_inches && plain_number(like).is_some() && like.contains(&b'.') != word.contains(&b'.') {
+            return Some("an F has a decimal point where the original's has none, or none where that has one");
+        }
         let finer = |most: u32| number.digits() > most && number.value() * 10f64.powi(most as i32) >= 1.0;
         if number.digits() > MOST_DIGITS || self.digits.is_some_and(finer) {
             return Some("an F has more digits than the control or the file");
@@ -215,23 +242,24 @@ fn new_feed(
     manner: &FWordStyle,
 ) -> Option<&'static str> {
     let (was, now) = (feeds(original, own), feeds(rewritten, block));
-    if was == now || was.is_empty() && is_stated(&now, stated) {
+    if was == now {
         None
     } else if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
         Some("the F of a line that does not move at a feed is another")
     } else {
-        no_plain_feed(rewritten, block, manner)
+        no_plain_feed(rewritten, block, manner, was.last().copied().unwrap_or(stated))
     }
 }
 
 /// The line has not one F that is a plain number above zero.
-fn no_plain_feed(program: &Program, block: BlockId, manner: &FWordStyle) -> Option<&'static str> {
+/// `like`: the F word of the original that it stands for.
+fn no_plain_feed(program: &Program, block: BlockId, manner: &FWordStyle, like: &[u8]) -> Option<&'static str> {
     let mut found = program.tokens(block).filter(is_feed);
     let bytes = |token: &Token| token.span.of(program.text());
     let plain = |token: &Token| token.kind == TokenKind::Word(b'F') && plain_number(bytes(token)).is_some();
-    let good = |token: &Token| plain(token) && token.number > 0.0 && token.number <= MOST_F;
+    let good = |token: &Token| plain(token) && (LEAST_F..=MOST_F).contains(&token.number);
     match (found.next().filter(good), found.next()) {
-        (Some(token), None) => manner.wrong(bytes(&token)),
+        (Some(token), None) => manner.wrong(bytes(&token), like),
         _ => Some("the line has not one plain F above zero"),
     }
 }
@@ -242,6 +270,7 @@ fn piece(
     rewritten: &Program,
     block: BlockId,
     done: &[Done; 2],
+    stated: &[u8],
     manner: &FWordStyle,
 ) -> Option<&'static str> {
     if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
@@ -250,7 +279,7 @@ fn piece(
     if foreign_centre(original, own, rewritten, block, done[0].centres.get(own.ix()).copied().flatten()) {
         return Some("a piece has a word of a centre or a radius that its block's arc cannot have");
     }
-    let feed = if feeds(rewritten, block).is_empty() { None } else { no_plain_feed(rewritten, block, manner) };
+    let feed = if feeds(rewritten, block).is_empty() { None } else { no_plain_feed(rewritten, block, manner, stated) };
     feed.or_else(|| misplaced(rewritten, block)).or_else(|| without_point(original, own, rewritten, block))
 }
 
@@ -282,6 +311,7 @@ fn last_piece(
     rewritten: &Program,
     block: BlockId,
     done: &[Done; 2],
+    stated: &[u8],
     manner: &FWordStyle,
 ) -> Option<&'static str> {
     let axis = |token: &Token| matches!(token.kind, TokenKind::Word(letter) if b"XYZ".contains(&letter));
@@ -291,7 +321,7 @@ fn last_piece(
     };
     let kept = original.tokens(own).filter(axis).all(|token| same(&token));
     let wrong = (!kept).then_some("the last piece writes a coordinate in another way");
-    wrong.or_else(|| piece(original, own, rewritten, block, done, manner))
+    wrong.or_else(|| piece(original, own, rewritten, block, done, stated, manner))
 }
 
 /// A coordinate of a piece that has no decimal point where the block's has one, or one where it has none.
@@ -328,7 +358,7 @@ fn added(rewritten: &Program, block: BlockId, done: &Done, stated: &[u8], manner
     if !done.reaches(block.ix()) && !is_stated(&now, stated) {
         return Some("another feed is stated where the control does not come by");
     }
-    no_plain_feed(rewritten, block, manner).or_else(|| misplaced(rewritten, block))
+    no_plain_feed(rewritten, block, manner, stated).or_else(|| misplaced(rewritten, block))
 }
 
 /// Numbers of blocks that a jump may look for.
