@@ -1,4 +1,4 @@
-//! Edge chipping. In: time t. Out: from t₀ on, k_?c · (1 + c) and k_?e · (1 + e) (? stands for t, r and a).
+//! Edge chipping. In: time t, the time since which the tool is in use. Out: from t₀ on, for a tool in use before, k_?c · (1 + c) and k_?e · (1 + e) (? stands for t, r and a).
 //!
 //! A chipped edge needs more force, never less: c, e ≥ 0.
 
@@ -50,6 +50,6 @@ pub const EFFECT: Effect = Effect {
 };
 
 fn change(p: &[f64], state: &State) -> Change {
-    let after = if state.time_s >= p[2] { 1.0 } else { 0.0 };
+    let after = if state.time_s >= p[2] && state.in_use_since_s <= p[2] { 1.0 } else { 0.0 };
     Change { cutting: 1.0 + p[0] * after, edge: 1.0 + p[1] * after, ..Change::default() }
 }

@@ -23,6 +23,8 @@ pub struct Sector {
 pub struct State {
     /// Time since the start, s.
     pub time_s: f64,
+    /// Time at which this tool first cut, s.
+    pub in_use_since_s: f64,
     /// Distance that each tooth of this tool has slid through material, mm, weighted for each exponent of the wear law; for the exponent −1
     /// it is that distance itself.
     pub slid: Lengths,
@@ -99,6 +101,7 @@ impl Default for State {
         let nan = f64::NAN;
         Self {
             time_s: nan,
+            in_use_since_s: f64::NEG_INFINITY,
             slid: Lengths([nan; 4]),
             worn: nan,
             volume_mm3: nan,

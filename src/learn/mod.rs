@@ -12,6 +12,7 @@
 //! | [`dataset`] | one row per sample: reading, weight, covariates, columns of the coefficients; from logs and tables |
 //! | [`model`] | base coefficients and effects fitted together, and their held-out errors |
 //! | [`diagnose`] | which effects explain the residual; what no effect explains |
+//! | [`reading_time`] | how much later or earlier than its position each load was read |
 //! | [`runout`] | the runout that a log of peak forces shows |
 //! | [`calibrate`] | coefficients from steady cuts, a record of forces or a load meter; test cuts |
 //! | [`process_model`] | the process model that a diagnosis or a calibration supports |
@@ -28,6 +29,7 @@ pub mod align;
 pub mod dataset;
 pub mod model;
 pub mod diagnose;
+pub mod reading_time;
 pub mod runout;
 pub mod calibrate;
 pub mod process_model;

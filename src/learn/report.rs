@@ -172,6 +172,8 @@ pub struct Alignment {
     pub stretches: Vec<([f64; 2], f64)>,
     /// Samples outside the program: before it begins, while it is held, and after it ends.
     pub outside: [usize; 3],
+    /// How much later than its position each reading was taken, s; 0 where that is not seen.
+    pub read_later_s: f64,
     /// Pauses found: (time in the log, length), s.
     pub pauses: Vec<(f64, f64)>,
 }

@@ -1,6 +1,7 @@
 //! The whole of `learn`. In: a program, a job, a measured log. Out: [`LearnReport`], from which the process model
 //! follows.
 
+use crate::effects::{Covariate, named};
 use crate::engage::{EngageError, Loader};
 use crate::learn::align::frame::in_work_frame;
 use crate::learn::align::line::{acceleration_shown, by_line};
@@ -31,8 +32,10 @@ use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::simulated::ProgramView;
 use crate::learn::program::simulated::SimulatedProgram;
 use crate::learn::program::simulated::simulate_for;
+use crate::learn::program::timeline::Timeline;
 use crate::learn::program::variant::OtherGeometry;
-use crate::learn::report::{Alignment, LearnReport};
+use crate::learn::reading_time::at_readings;
+use crate::learn::report::{Alignment, FeedEvent, LearnReport};
 use crate::learn::runout::data_about_best_runout;
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
@@ -156,6 +159,8 @@ pub fn learn_with_data(
     report.alignment = Some(alignment_of(&aligned, log));
     report.events = measured_feed(log, &aligned, &prepared.timeline)
         .map_or_else(Vec::new, |feed| feed.events(log, &aligned, &prepared.timeline));
+    report.events.extend(holds_as_events(&aligned, &prepared.timeline, log));
+    report.events.sort_by(|a, b| a.time_s[0].total_cmp(&b.time_s[0]));
     report.warnings.extend(log.warnings.iter().cloned());
     let covered = covered(&aligned, &prepared.timeline);
     if covers_in_part(covered) {
@@ -172,9 +177,25 @@ pub fn learn_with_data(
     }
     if let Some(windows) = windows {
         report.windows = windows;
-        report.wear = over_time::in_words(&report.windows);
+        // The windows are those of the plain model: what another effect does to the load is not the edge's.
+        let of_the_edge = |name: &str| {
+            named(name).is_some_and(|effect| effect.is_accident || effect.covariates.contains(&Covariate::Sliding))
+        };
+        let alone = report.effects.iter().all(|effect| of_the_edge(&effect.name)) && report.unnamed.is_empty();
+        report.wear = over_time::in_words(&report.windows).filter(|_| alone);
     }
     Ok(Learned { report, data })
+}
+
+/// The holds of an alignment by lines as events; by positions they are feeds of zero.
+fn holds_as_events(aligned: &Aligned, timeline: &Timeline, log: &Log) -> Vec<FeedEvent> {
+    let event = |(from_s, to_s): &(f64, f64)| {
+        let after = log.time_s.partition_point(|time| time < to_s);
+        let at_s = aligned.program_s.get(after..)?.iter().find(|at_s| at_s.is_finite())?;
+        let line = timeline.spots[timeline.at(*at_s)?].line;
+        Some(FeedEvent { time_s: [*from_s, *to_s], lines: [line; 2], ratio: 0.0 })
+    };
+    aligned.holds.iter().filter_map(event).collect()
 }
 
 /// The data of a log, its alignment, and the number of samples of reduced weight.
@@ -185,7 +206,9 @@ pub fn dataset_of(
     channels: &Channels,
 ) -> Result<(Data, Aligned, usize), LearnError> {
     let aligned = aligned(prepared, job, log, channels)?;
-    let (mut data, lowered) = bin_log(log, &aligned, &prepared.known(job), channels);
+    let known = prepared.known(job);
+    let bin = |aligned: &Aligned| bin_log(log, aligned, &known, channels);
+    let (aligned, (mut data, lowered)) = at_readings(log, aligned, &bin);
     data.timed_acceleration = aligned.acceleration.filter(|(factor, nats)| is_slower(*factor, *nats));
     data.clock_s = aligned.uncertainty_s;
     Ok((data, aligned, lowered))
@@ -261,6 +284,7 @@ fn alignment_of(aligned: &Aligned, log: &Log) -> Alignment {
         uncertainty_s: aligned.uncertainty_s,
         stretches: stretches(aligned, log),
         outside: outside(aligned),
+        read_later_s: aligned.read_later_s,
         pauses: aligned.pauses.clone(),
     }
 }

@@ -52,6 +52,10 @@ pub fn learn_words(r: &LearnReport) -> String {
             "tied to the program by {} (± {:.2} s), offset {:.2} s, stretch {:.4}\n",
             a.method, a.uncertainty_s, a.offset_s, a.stretch
         );
+        if a.read_later_s != 0.0 {
+            let when = if a.read_later_s > 0.0 { "later" } else { "earlier" };
+            text += &format!("  loads are read {:.3} s {when} than the positions beside them\n", a.read_later_s.abs());
+        }
         if let Some(([from, to], u)) = a.stretches.iter().max_by(|x, y| x.1.total_cmp(&y.1)) {
             text += &format!("  least certain (± {u:.3} s) from {from:.1} to {to:.1} s\n");
         }

@@ -36,6 +36,11 @@ impl Holds {
         log_s - self.0.iter().map(|(from, to)| (log_s.min(*to) - from).max(0.0)).sum::<f64>()
     }
 
+    /// Is a time of the log within a hold?
+    pub(in crate::learn) fn holds(&self, log_s: f64) -> bool {
+        self.0.iter().any(|(from, to)| (*from..*to).contains(&log_s))
+    }
+
     /// Pauses (time in the log, length), s: the holds, their length corrected by the drift about them, and pauses of
     /// the drift elsewhere.
     pub(in crate::learn) fn pauses(&self, walk: &Drift) -> Vec<(f64, f64)> {

@@ -59,6 +59,12 @@ pub struct Aligned {
     pub misfit: f64,
     /// Pauses: (time in the log, length), s.
     pub pauses: Vec<(f64, f64)>,
+    /// Holds found within runs of a line: (from, to) in the log, s.
+    pub holds: Vec<(f64, f64)>,
+    /// Feed over the predicted one of each sample, where the lengths of the runs of lines show it.
+    pub feed_ratio: Option<Vec<f64>>,
+    /// How much later than its position each reading was taken, s.
+    pub read_later_s: f64,
     /// Acceleration over the declared one that the times show, and its gain in log-likelihood, nats.
     pub acceleration: Option<(f64, f64)>,
 }
@@ -104,6 +110,9 @@ pub fn by_position(log: &Log, timeline: &Timeline) -> Option<Aligned> {
         uncertainty_s: 0.1 * rate_s,
         misfit: off as f64 / points.len().max(1) as f64,
         pauses: Vec::new(),
+        holds: Vec::new(),
+        feed_ratio: None,
+        read_later_s: 0.0,
         acceleration: None,
     })
 }

@@ -33,6 +33,12 @@ impl PlacedLog<'_> {
         [v / members.len() as f64, if v_a > 0.0 { v_a / v } else { least }]
     }
 
+    /// Time of the log at which a tool first cut, s.
+    fn first_cut_s(&self, tool: u32) -> f64 {
+        let found = self.first_cuts_s.iter().find(|(number, _)| *number == tool);
+        found.map_or(f64::NEG_INFINITY, |(_, time_s)| *time_s)
+    }
+
     /// Does the tool remove anything on this spot?
     fn cuts(&self, spot: usize) -> bool {
         self.known.timeline.spots[spot].engaged.section_mm2 > 1e-6
@@ -52,6 +58,7 @@ impl PlacedLog<'_> {
         let share = ((program_s - spot.start_s) / (spot.end_s - spot.start_s).max(1e-9)).clamp(0.0, 1.0);
         let mut state = State {
             time_s: mean(&self.log.time_s),
+            in_use_since_s: self.first_cut_s(spot.tool),
             slid: history.slid.and(&slid(spot, share, rps, self.known.job)),
             volume_mm3: history.volume_mm3 + share * e.section_mm2 * spot.length_mm,
             rps,

@@ -52,6 +52,8 @@ pub(in crate::learn) struct PlacedLog<'a> {
     pub(in crate::learn) operations: Vec<Operation>,
     /// The feed that the log shows, if any.
     pub(in crate::learn) feed: Option<MeasuredFeed>,
+    /// The tools with the times of the log at which they first cut, s.
+    pub(in crate::learn) first_cuts_s: Vec<(u32, f64)>,
 }
 
 impl<'a> PlacedLog<'a> {
@@ -61,11 +63,18 @@ impl<'a> PlacedLog<'a> {
         tools.sort_unstable();
         tools.dedup();
         let cutting: Vec<f64> = spots.iter().filter(|s| s.engaged.section_mm2 > 0.0).map(|s| s.rps).collect();
+        let spot: Vec<Option<usize>> = aligned.program_s.iter().map(|t| known.timeline.at(*t)).collect();
+        let first_cut_s = |tool: &u32| {
+            let cuts = |k: usize| spots[k].tool == *tool && spots[k].engaged.section_mm2 > 1e-6;
+            let first = spot.iter().position(|spot| spot.is_some_and(cuts));
+            (*tool, first.map_or(f64::INFINITY, |i| log.time_s[i]))
+        };
         Self {
+            first_cuts_s: tools.iter().map(first_cut_s).collect(),
             log,
             known,
             aligned,
-            spot: aligned.program_s.iter().map(|t| known.timeline.at(*t)).collect(),
+            spot,
             history: history(spots, &tools, known.job),
             reference_rps: median(&cutting).max(1e-3),
             operations: operations(spots),

@@ -4,7 +4,7 @@
 use nalgebra::DMatrix;
 
 use crate::effects::unnamed::{CURVES, knots};
-use crate::effects::{Covariate, Effect, Multiplies, family_of, named};
+use crate::effects::{Acts, Covariate, Effect, Multiplies, family_of, named};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::highest_feeds::highest_feeds;
 use crate::learn::dataset::samples::{Class, Data};
@@ -329,13 +329,16 @@ pub(in crate::learn) fn unexplained(
 
 /// The verdict in one sentence.
 pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
-    let names: Vec<&str> = report.names().into_iter().filter(|name| report.one_of(name).is_none()).collect();
+    let on_the_load = |name: &&str| named(name).is_none_or(|effect| effect.acts != Acts::Motion);
+    let asserted = report.names().into_iter().filter(|name| report.one_of(name).is_none());
+    let (names, of_motion): (Vec<&str>, Vec<&str>) = asserted.partition(on_the_load);
     let (before, after) = (report.base_test.rmse, report.final_test.rmse);
     let fell = format!("held-out error {before:.4} → {after:.4}");
     let found = match (names.as_slice(), report.unnamed.as_slice()) {
         ([], _) if !report.confounded.is_empty() => {
             format!("The residual is explained, but by more than one candidate equally well; {fell}")
         }
+        ([], []) if !of_motion.is_empty() => "Nothing to add to the load".to_owned(),
         ([], []) => "Nothing to add: no effect of the list explains the residual".to_owned(),
         ([], _) => {
             format!("No effect of the list explains the residual, a curve that belongs to no named effect does; {fell}")
@@ -369,11 +372,16 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
             u.largest_correlate
         )
     });
-    let mut parts: Vec<String> = std::iter::once(found).chain(rivals).chain(curves).chain(left).collect();
+    let motion = report.effects.iter().filter(|e| of_motion.contains(&e.name.as_str())).map(|e| {
+        let share = e.parameters.first().map_or(f64::NAN, |p| p.value);
+        format!("{}: the machine accelerates at {share:.2} of the declared value", e.name)
+    });
+    let mut parts: Vec<String> = std::iter::once(found).chain(motion).chain(rivals).chain(curves).chain(left).collect();
     if report.effects.is_empty() && report.unnamed.is_empty() && report.unexplained.is_none() {
         parts[0] = format!("Nothing to add: what is left ({after:.4}) has no structure beyond noise");
     }
-    if !(report.effects.is_empty() && report.unnamed.is_empty()) && after > before {
+    let adds_nothing = report.effects.is_empty() && report.unnamed.is_empty();
+    if !(adds_nothing || is_no_worse(before, after)) {
         parts.push("on the data kept for the judgement the error rose, so no model is derived from it".to_owned());
     }
     parts.join("; ") + "."

@@ -9,10 +9,13 @@ use crate::learn::diagnose::criteria::{
     is_ratio_of_materials, is_stretch_of_a_machine, stands_too_long,
 };
 use crate::learn::log::Log;
+use crate::learn::model::design::{FittedEffect, in_model};
 use crate::learn::model::fit::{certainty, fit};
 use crate::learn::program::timeline::Timeline;
 use crate::learn::report::{Estimate, LearnReport};
 
+/// Steps by which effects follow coefficients without priors. Judgement: they were fitted before.
+const UNAIDED_STEPS: usize = 20;
 /// Time in motion at either end of the program without a sample, above which it is reported, s. Judgement.
 const UNSEEN_S: f64 = 1.0;
 
@@ -47,7 +50,10 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
         doubts.push(format!("the log lasts {stretch:.3} times as long as the program: is the unit of its time right?"));
     }
     let declared = data.base.iter().find(|b| b.name == "k_tc").and_then(|b| b.prior).map(|(value, _)| value);
-    doubts.extend(of_coefficients(&unaided(data), declared));
+    let found: Vec<FittedEffect> = report.effects.iter().filter_map(in_model).collect();
+    // A unit is wrong with and without the effects; a coefficient that an effect puts right is none.
+    let [plain, final_fit] = [&[][..], &found].map(|effects| of_coefficients(&unaided(data, effects), declared));
+    doubts.extend(if final_fit.is_empty() { final_fit } else { plain });
     if let Some(ratio) = over_declared(data).filter(|ratio| !is_ratio_of_materials(*ratio)) {
         doubts.push(format!(
             "the forces would be {ratio:.4} times the declared ones: are the units right, or columns swapped?"
@@ -64,7 +70,7 @@ pub fn of_table(report: &LearnReport, data: &Data, declared_k_tc: Option<f64>) -
     let is_determined = |value: &&Estimate| report.left_out.iter().all(|left| left.name != value.name);
     let told: Vec<Estimate> = report.base.iter().filter(is_determined).cloned().collect();
     let mut doubts = of_coefficients(&told, declared_k_tc);
-    let alone = unaided(data);
+    let alone = unaided(data, &[]);
     doubts.extend(negative(if alone.is_empty() { &report.base } else { &alone }));
     // Relative forces are all ±1: their R² has no meaning.
     let spread = data.variants.is_empty() && data.base.iter().any(|b| b.name == "k_rc");
@@ -110,13 +116,13 @@ fn negative(parameters: &[Estimate]) -> Vec<String> {
 
 /// Base coefficients of a spindle reading fitted without priors and bounds, so that neither what the setup declares nor what is possible
 /// hides a wrong unit or a wrong column. Forces cannot be fitted without them: none are returned.
-fn unaided(data: &Data) -> Vec<Estimate> {
+fn unaided(data: &Data, effects: &[FittedEffect]) -> Vec<Estimate> {
     if !data.base.iter().any(|b| b.class == Class::Tare) {
         return Vec::new();
     }
     let base = data.base.iter().cloned().map(|b| Base { prior: None, bounds: UNBOUNDED, ..b }).collect();
     let alone = Data { base, ..data.clone() };
-    let Some(fitted) = fit(&alone, &[], 0) else { return Vec::new() };
+    let Some(fitted) = fit(&alone, effects, UNAIDED_STEPS) else { return Vec::new() };
     let sure = certainty(&alone, &fitted);
     let value = |b: usize| Estimate {
         name: data.base[b].name.clone(),

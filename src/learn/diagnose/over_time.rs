@@ -2,6 +2,8 @@
 //! terms of the base model, with standard errors. A slow rise of the edge factor indicates wear, a jump of the cutting
 //! factor chipping.
 
+use std::collections::BTreeMap;
+
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::{is_jump, is_rise};
 use crate::learn::model::fit::Fitted;
@@ -12,9 +14,15 @@ use nalgebra::DMatrix;
 /// Windows over the log.
 const WINDOWS: usize = 8;
 
-/// Factors in each window; windows in which cutting and edge terms cannot be separated are left out.
+/// Factors in each window of the cuts of the tool that has most of them: from tool to tool they differ without any wear. Windows in which cutting
+/// and edge terms cannot be separated are left out.
 pub fn windows(data: &Data, base: &Fitted) -> Vec<Window> {
-    let cutting: Vec<usize> = data.used().filter(|i| part(data, base, *i, Class::Cutting) > 0.0).collect();
+    let cuts = || data.used().filter(|i| part(data, base, *i, Class::Cutting) > 0.0);
+    let tool = |i: usize| data.state[i].tool.to_bits();
+    let mut counts: BTreeMap<u64, usize> = BTreeMap::new();
+    cuts().for_each(|i| *counts.entry(tool(i)).or_default() += 1);
+    let most = counts.into_iter().max_by_key(|(_, count)| *count).map(|(tool, _)| tool);
+    let cutting: Vec<usize> = cuts().filter(|i| Some(tool(*i)) == most).collect();
     let size = cutting.len() / WINDOWS;
     if size < 20 {
         return Vec::new();

@@ -80,7 +80,8 @@ impl Score {
 /// Fewest samples or cuts before and after an instant: fewer may be outliers, as in the parts of a curve. Judgement.
 const FEWEST: usize = 6;
 
-/// The instant of best score, from which on the load of the cut differs, s.
+/// The instant of best score, from which on the load of the cut is higher for the tools that have cut before it, s: no edge cuts more easily
+/// for having chipped.
 pub fn instant(data: &Data, present: &Fitted) -> Option<f64> {
     let score = Score::new(data, present, &part(data, present, &[Class::Cutting, Class::Edge]));
     let n = score.used.len();
@@ -89,10 +90,26 @@ pub fn instant(data: &Data, present: &Fitted) -> Option<f64> {
     let time = |k: usize| data.state[score.used[k]].time_s;
     order.sort_by(|a, b| time(*a).total_cmp(&time(*b)));
     let (mut sums, mut best) = (Sums::zero(score.p), (0.0, f64::NAN));
+    // Sums of the tools in the sums, by the times at which they first cut.
+    let mut tools: Vec<(f64, Sums)> = Vec::new();
     for (rank, &k) in order.iter().enumerate().rev() {
         sums.add(&score.each[k], 1.0);
+        let since_s = data.state[score.used[k]].in_use_since_s;
+        match tools.iter_mut().find(|(known, _)| *known == since_s) {
+            Some((_, own)) => own.add(&score.each[k], 1.0),
+            None => tools.push((since_s, score.each[k].clone())),
+        }
+        // A tool that first cuts after this instant has not changed at it.
+        let at_s = time(k);
+        tools.retain(|(since_s, own)| {
+            let stays = *since_s <= at_s;
+            if !stays {
+                sums.add(own, -1.0);
+            }
+            stays
+        });
         let inside = rank >= margin && rank + margin <= n;
-        let gain = if inside { score.gain(&sums) } else { 0.0 };
+        let gain = if inside && sums.g > 0.0 { score.gain(&sums) } else { 0.0 };
         if gain > best.0 {
             best = (gain, time(k));
         }
@@ -207,6 +224,12 @@ mod tests {
             instant(&data, &fit(&data, &[], 0).unwrap()).unwrap()
         };
         assert_eq!([found(8), found(6)], [8.0, 6.0]);
+        // Cuts 20 to 39 take more, and from 40 on another tool cuts as it should.
+        let state =
+            |i: usize| State { time_s: i as f64, in_use_since_s: if i < 40 { 0.0 } else { 40.0 }, ..State::default() };
+        let mut data = made(|i| if (20..40).contains(&i) { 0.3 } else { 0.0 }, 1.0, state);
+        (60..data.len()).for_each(|i| data.weight[i] = 0.0);
+        assert_eq!(instant(&data, &fit(&data, &[], 0).unwrap()), Some(20.0));
         assert!(found(3) >= 6.0, "{}", found(3));
     }
 }
