@@ -12,7 +12,7 @@ use crate::learn::align::{Aligned, Method, median_uncertainty};
 use crate::learn::log::Log;
 use crate::learn::log::gaps::median_step;
 use crate::learn::program::clock::{Clock, Slower};
-use crate::learn::program::timeline::Timeline;
+use crate::learn::program::timeline::{Spot, Timeline};
 use crate::learn::regress::statistics::median;
 use crate::numeric::golden_section;
 
@@ -21,8 +21,10 @@ const SLOWER_GAIN_NATS: f64 = 10.0;
 /// Shortest hold, s, and standard deviations by which a run has to be too long or too short. Judgement.
 const SHORTEST_HOLD_S: f64 = 1.5;
 const SURE: f64 = 6.0;
-/// Share of the load of the cut that has to be gone in a hold. Judgement.
-const GONE: f64 = 0.5;
+/// Share of the time by which a run is too long in which the load of the cut has to be gone for a hold. Judgement.
+const GONE: f64 = 0.7;
+/// Share of the readings below which the spindle counts as idle, and above which a run counts as in a cut. Judgement.
+const IDLE: f64 = 0.05;
 /// Time over which the lengths of runs show the feed, s, and its least deviation from the predicted one. Judgement, as for the feeds that are
 /// listed.
 const FEED_SPAN_S: f64 = 4.0;
@@ -40,7 +42,7 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
     let legs = legs(timeline);
     let (runs, lost) = runs(lines, &legs);
     let declared = Clock::new(timeline, slower, 1.0);
-    let holds = Holds(holds_in_runs(log, &timed_runs(&log.time_s, &legs, &runs, &declared)));
+    let holds = Holds(holds_in_runs(log, &timed_runs(&log.time_s, &legs, &runs, &declared), timeline));
     // The clock of the log without the holds.
     let running: Vec<f64> = log.time_s.iter().map(|time| holds.running_s(*time)).collect();
     let walk = |factor: f64| {
@@ -164,8 +166,9 @@ fn runs(lines: &[f64], legs: &[Leg]) -> (Vec<LineRun>, usize) {
 
 /// A run between two boundaries that were both passed between two of its samples and the next.
 struct TimedRun {
-    /// Its samples: from … to (exclusive).
+    /// Its samples, and the spots of its leg: from … to (exclusive).
     samples: [usize; 2],
+    spots: [usize; 2],
     /// When it began and ended, s.
     times_s: [f64; 2],
     /// Standard deviation of its length, s.
@@ -187,6 +190,7 @@ fn timed_runs(time_s: &[f64], legs: &[Leg], runs: &[LineRun], clock: &Clock) -> 
         let squares = ends.iter().zip(unseen_s).map(|([lo, hi], unseen_s)| (hi - lo).powi(2) + unseen_s.powi(2));
         (before.leg < run.leg && run.leg < after.leg).then(|| TimedRun {
             samples: [run.from, run.to],
+            spots: [leg.from, leg.to],
             times_s: ends.map(|[lo, hi]| f64::midpoint(lo, hi)),
             deviation_s: (squares.sum::<f64>() / 12.0).sqrt(),
             planned_s: clock.starts[leg.to] - clock.starts[leg.from],
@@ -202,13 +206,11 @@ fn usual_pace(runs: &[TimedRun]) -> f64 {
     if paces.is_empty() { 1.0 } else { median(&paces) }
 }
 
-/// Holds within runs, (from, to), s: a run that lasts longer than its leg, with a stretch as long as the difference in which the load of the
-/// cut is gone.
-fn holds_in_runs(log: &Log, runs: &[TimedRun]) -> Vec<(f64, f64)> {
+/// Holds within runs, (from, to), s: a run that lasts longer than its leg, in which the load of the cut is gone for so much longer than the leg
+/// is out of the material. Under an override the cut itself lasts longer.
+fn holds_in_runs(log: &Log, runs: &[TimedRun], timeline: &Timeline) -> Vec<(f64, f64)> {
     let Some((_, load)) = log.measured.first() else { return Vec::new() };
-    let mut known: Vec<f64> = load.iter().copied().filter(|value| value.is_finite()).collect();
-    known.sort_by(f64::total_cmp);
-    let Some(idle) = known.get(known.len() / 20) else { return Vec::new() };
+    let Some(idle) = quantile(load, IDLE) else { return Vec::new() };
     let pace = usual_pace(runs);
     let hold = |run: &TimedRun| {
         let extra_s = run.times_s[1] - run.times_s[0] - pace * run.planned_s;
@@ -218,17 +220,26 @@ fn holds_in_runs(log: &Log, runs: &[TimedRun]) -> Vec<(f64, f64)> {
         if extra_s < SHORTEST_HOLD_S.max(SURE * run.deviation_s) || count + 2 > to - from {
             return None;
         }
-        let mean = |range: &[f64]| range.iter().sum::<f64>() / range.len().max(1) as f64;
         let own = &load[from..to];
-        let quiet =
-            (0..=own.len() - count).min_by(|a, b| mean(&own[*a..a + count]).total_cmp(&mean(&own[*b..b + count])))?;
-        let rest: Vec<f64> = [&own[..quiet], &own[quiet + count..]].concat();
-        let (still, cut) = (mean(&own[quiet..quiet + count]), mean(&rest));
-        let is_gone = cut - still > GONE * (cut - idle) && cut > still;
+        let low = f64::midpoint(idle, quantile(own, 1.0 - IDLE)?);
+        let low_s = step_s * own.iter().filter(|value| **value < low).count() as f64;
+        let in_air = |spot: &&Spot| spot.engaged.section_mm2 <= 1e-6;
+        let spots = timeline.spots[run.spots[0]..run.spots[1]].iter().filter(in_air);
+        let air_s = pace * spots.map(|spot| spot.end_s - spot.start_s).sum::<f64>();
+        let is_hold = air_s < 0.5 * run.planned_s && low_s - air_s > GONE * extra_s;
+        let sum = |at: usize| own[at..at + count].iter().sum::<f64>();
+        let quiet = (0..=own.len() - count).min_by(|a, b| sum(*a).total_cmp(&sum(*b)))?;
         let begin_s = log.time_s[from + quiet] - 0.5 * step_s;
-        is_gone.then_some((begin_s, begin_s + extra_s))
+        is_hold.then_some((begin_s, begin_s + extra_s))
     };
     runs.iter().filter_map(hold).collect()
+}
+
+/// The value below which this share of the finite ones lies.
+fn quantile(values: &[f64], share: f64) -> Option<f64> {
+    let mut known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    known.sort_by(f64::total_cmp);
+    known.get((share * known.len().saturating_sub(1) as f64) as usize).copied()
 }
 
 /// Feed over the predicted one by the lengths of the runs, sample by sample; 1 where they show no other.
@@ -302,4 +313,86 @@ fn boundaries(time_s: &[f64], legs: &[Leg], runs: &[LineRun], clock: &Clock) -> 
         })
     };
     runs.windows(2).filter_map(between).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::force::contact::Engaged;
+    use crate::ids::MoveId;
+    use crate::learn::program::timeline::Activity;
+    use crate::path::Vec3;
+
+    /// Thirty cuts of 3 s, each a line of its own; the first second of each is in air.
+    fn thirty_cuts() -> Timeline {
+        let spot = |k: usize| Spot {
+            start_s: k as f64,
+            end_s: (k + 1) as f64,
+            activity: Activity::Feed,
+            move_id: Some(MoveId((k / 3) as u32)),
+            middle_mm: 0.5,
+            line: 1 + (k / 3) as u32,
+            block: 0,
+            tool: 1,
+            rps: 100.0,
+            from: Vec3::new(k as f64, 0.0, 0.0),
+            to: Vec3::new((k + 1) as f64, 0.0, 0.0),
+            direction: Vec3::new(1.0, 0.0, 0.0),
+            length_mm: 1.0,
+            curvature_per_mm: 0.0,
+            engaged: Engaged { section_mm2: if k.is_multiple_of(3) { 0.0 } else { 2.0 }, ..Engaged::default() },
+        };
+        Timeline { spots: (0..90).map(spot).collect(), runouts: Vec::new() }
+    }
+
+    /// A log of it at 20 Hz in which the program advances at `rate(program time, log time)`.
+    fn logged(rate: impl Fn(f64, f64) -> f64) -> Log {
+        let (mut time_s, mut line, mut load) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut at_s, mut now_s): (f64, f64) = (0.01, 0.0);
+        while at_s < 89.9 {
+            let rate = rate(at_s, now_s);
+            time_s.push(now_s);
+            line.push((at_s / 3.0).floor() + 1.0);
+            load.push(if at_s % 3.0 < 1.0 || rate == 0.0 { 50.0 } else { 50.0 + 200.0 * rate });
+            at_s += 0.05 * rate;
+            now_s += 0.05;
+        }
+        Log { time_s, line: Some(line), measured: vec![("spindle_power_w", load)], ..Log::default() }
+    }
+
+    #[test]
+    fn a_hold_within_a_line_is_where_the_load_is_gone() {
+        let log = logged(|_, now_s| if (31.5..38.0).contains(&now_s) { 0.0 } else { 1.0 });
+        let found = by_line(&log, &thirty_cuts(), &[]).unwrap();
+        let [(from_s, to_s)] = found.holds[..] else { panic!("{:?}", found.holds) };
+        assert!((from_s - 31.5).abs() < 0.2 && (to_s - 38.0).abs() < 0.2, "{from_s} to {to_s}");
+        assert!(found.feed_ratio.unwrap().iter().all(|ratio| *ratio == 1.0));
+        let held = |i: usize| (31.7..37.8).contains(&log.time_s[i]);
+        assert!((0..log.time_s.len()).filter(|i| held(*i)).all(|i| found.program_s[i].is_nan()));
+    }
+
+    #[test]
+    fn lines_that_last_longer_in_and_out_of_the_cut_show_an_override() {
+        let slow = |at_s: f64| if (30.0..60.0).contains(&at_s) { 0.8 } else { 1.0 };
+        let log = logged(|at_s, _| slow(at_s));
+        let found = by_line(&log, &thirty_cuts(), &[]).unwrap();
+        assert_eq!(found.holds, []);
+        let ratios = found.feed_ratio.unwrap();
+        // The place in the program and the feed are both known but at the borders of the override.
+        for (i, ratio) in ratios.iter().enumerate() {
+            let at_s = log.line.as_ref().map_or(0.0, |line| 3.0 * (line[i] - 0.5));
+            if (at_s - 30.0).abs() > 6.0 && (at_s - 60.0).abs() > 6.0 {
+                assert!((ratio - slow(at_s)).abs() < 0.02, "{ratio} at {at_s}");
+            }
+        }
+        let half = log.time_s.iter().position(|time| *time >= 30.0 + 15.0 / 0.8).unwrap();
+        assert!((found.program_s[half] - 45.0).abs() < 0.2, "{}", found.program_s[half]);
+    }
+
+    #[test]
+    fn a_clock_that_is_slow_throughout_is_no_override() {
+        let log = logged(|_, _| 0.9);
+        let found = by_line(&log, &thirty_cuts(), &[]).unwrap();
+        assert!(found.holds.is_empty() && found.feed_ratio.unwrap().iter().all(|ratio| *ratio == 1.0));
+    }
 }
