@@ -198,3 +198,35 @@ fn a_log_without_a_load_tells_how_the_machine_moves() {
     let refused = run(program.text.as_bytes(), &declared, text.as_bytes(), &LogOptions::default(), None);
     assert!(refused.unwrap_err().to_string().contains("spindle_power_w"));
 }
+
+/// A log as a meter writes it that gives the mean of its last interval, beside the position at the end of it.
+fn as_means(text: &str) -> String {
+    let mut lines = text.lines();
+    let head = lines.next().unwrap();
+    let at = head.split(',').position(|name| name == "spindle_power_w").unwrap();
+    let mut before: Option<f64> = None;
+    let row = |line: &str| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let own: f64 = cells[at].parse().unwrap();
+        cells[at] = format!("{:.3}", 0.5 * (own + before.replace(own).unwrap_or(own)));
+        cells.join(",") + "\n"
+    };
+    format!("{head}\n") + &lines.map(row).collect::<String>()
+}
+
+#[test]
+fn readings_that_are_means_of_the_last_interval_hide_nothing() {
+    let (job, _) = feedwright::setup::load(SETUP, Path::new(".")).unwrap();
+    for program in [rows(), pocket()] {
+        let (text, _) = log(&program, &[], Tied::Position, 0.03, 7);
+        let learned =
+            run(program.text.as_bytes(), &job, as_means(&text).as_bytes(), &LogOptions::default(), None).unwrap();
+        let report = learned.report;
+        let names: Vec<&str> = report.effects.iter().map(|effect| effect.name.as_str()).collect();
+        assert!(names.is_empty() && report.unnamed.is_empty(), "{}", report.verdict);
+        let times: Vec<f64> =
+            text.lines().skip(1).take(2).map(|row| row.split(',').next().unwrap().parse().unwrap()).collect();
+        let later = report.alignment.unwrap().read_later_s / (times[1] - times[0]);
+        assert!((-0.75..-0.25).contains(&later), "{later} of an interval");
+    }
+}

@@ -431,6 +431,11 @@ pub(in crate::learn) fn tells_apart(condition: f64) -> bool {
     condition < INDISTINCT
 }
 
+/// Does a coefficient that was above zero all but vanish? One percent is a bound of zero, reached to within the accuracy of the fit.
+pub(in crate::learn) fn is_taken_away(before: f64, after: f64) -> bool {
+    before > 0.0 && after < 0.01 * before
+}
+
 /// Is the error on the data kept for the judgement no larger with the effects than without? A tenth of a percent is
 /// allowed for noise.
 pub(in crate::learn) fn is_no_worse(before: f64, after: f64) -> bool {
@@ -561,6 +566,7 @@ mod tests {
         assert!(covers_in_part(0.89) && !covers_in_part(0.91));
         assert!(explains_next_to_nothing(0.19) && !explains_next_to_nothing(0.21));
         assert!(is_no_calibration(0.29) && is_no_calibration(f64::NAN) && !is_no_calibration(0.31));
+        assert!(is_taken_away(20.0, 0.1) && !is_taken_away(20.0, 0.3) && !is_taken_away(0.0, 0.0));
         assert!(is_no_worse(1.0, 1.0009) && !is_no_worse(1.0, 1.002));
         assert!(is_lower(1.0, 0.979) && !is_lower(1.0, 0.981));
         assert!(tells_apart(9e5) && !tells_apart(1.1e6));

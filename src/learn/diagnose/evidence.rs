@@ -15,7 +15,7 @@ use crate::effects::{Covariate, Effect, Multiplies};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Class;
 use crate::learn::diagnose::candidates::why_not;
-use crate::learn::diagnose::criteria::Criteria;
+use crate::learn::diagnose::criteria::{Criteria, is_taken_away};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial, unphysical};
 use crate::learn::diagnose::unnamed::{ResidualCurve, only_grows, rank};
@@ -88,6 +88,9 @@ impl Diagnosis<'_> {
         if let Some(why) = unphysical(trial.fitted.model.effects.last(), self.data.clock_s) {
             return Err(why);
         }
+        if let Some(name) = self.edge_without_load(present.model, trial) {
+            return Err(format!("beside it {name} would be 0, and every edge rubs"));
+        }
         let before = &present.left;
         let after = self.held_out_of_trial(present.model, trial);
         let drop = self.drop_of(before, &after);
@@ -119,6 +122,14 @@ impl Diagnosis<'_> {
         }
         let misfit = self.misfit_of_form(present, trial, &after).or_else(|| self.stands_in(present, trial, &after));
         misfit.or_else(|| self.harms_another_kind(present.model, trial)).map_or(Ok(after), Err)
+    }
+
+    /// The edge coefficient that an effect takes the load of, if it does. A law of the chip thickness can stand for the edges, but no tool cuts
+    /// without them.
+    fn edge_without_load(&self, present: &Fitted, trial: &Trial) -> Option<&str> {
+        let of_edge = |b: &usize| self.data.base[*b].class == Class::Edge;
+        let taken = |b: &usize| is_taken_away(present.model.base[*b], trial.fitted.model.base[*b]);
+        (0..self.data.base.len()).filter(of_edge).find(taken).map(|b| self.data.base[b].name.as_str())
     }
 
     /// (mean `before`² − mean `after`²) / max(mean `whole`² − σ², `least` · mean `whole`²), σ being the noise floor.
