@@ -559,8 +559,20 @@ fn what_makes_no_sense_is_said_and_nothing_is_written() {
     refused(&semi, &finish, &["--force-xy", "-3"], "positive");
     refused(&semi, &finish, &["--stock", "0.3,0.2"], "makes no sense");
     refused(&semi, &semi, &[], "the same program");
-    refused(&semi, &finish.replace("T1", "T7"), &[], "T7");
+    // The finish names the tool that is missing.
+    refused(&semi, &finish.replace("T1", "T7"), &[], "finish.nc cuts with tools that the setup does not describe");
+    refused(&semi, &finish, &["--dialect", "heidenhain"], "the dialect heidenhain cannot be moved");
     refused(&semi, "%\nO1\nM30\n%\n", &[], "no motion");
+}
+
+/// With the mean as the reference and stock that may hardly change, the force stays more than 10 % above it in places: exit code 1, as with a
+/// reference that was given.
+#[test]
+fn a_mean_that_is_not_held_is_said_with_the_exit_code() {
+    let shop = Shop::with(&wave(0.1), &wave(0.0));
+    let (code, said, error) = shop.semifinish(&["--stock", "0.0999,0.1001"]);
+    assert!(code == 1 && error.contains("is not held"), "{code} {said} {error}");
+    assert!(shop.path("out.nc").exists());
 }
 
 #[test]

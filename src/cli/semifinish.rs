@@ -13,7 +13,7 @@ use super::screen::Screen;
 use super::work;
 use crate::engage;
 use crate::finish::semifinish::{CHANGE, STOCK_MM, TOLERANCE_MM, Wanted, proof};
-use crate::job::semifinish::{MoveError, Pair, Shifted, semifinish as moved};
+use crate::job::semifinish::{MoveError, Pair, Shifted, Which, semifinish as moved};
 use crate::job::{Keep, Watch};
 use crate::nc::{self, Environment};
 use crate::report::{Outcome, Semifinished, semifinish_report};
@@ -92,7 +92,7 @@ pub fn semifinish(command: &Semifinish, global: &Global, screen: Screen) -> Resu
     let [semi_program, finish_program] = programs;
     let pair =
         Pair { semi: semi_program, finish: finish_program, job: setup.job, assumptions: setup.assumptions, wanted };
-    let shifted = run(pair, &semi, global, screen)?;
+    let shifted = run(pair, [&semi, &finish], global, screen)?;
     screen.diagnostics(&semi.name, &semi.bytes, &shifted.diagnostics);
     let report = semifinish_report(Semifinished {
         names: [&semi.name, &finish.name],
@@ -143,7 +143,7 @@ pub fn semifinish(command: &Semifinish, global: &Global, screen: Screen) -> Resu
     Ok(Outcome::Unmet)
 }
 
-fn run(pair: Pair, semi: &Source, global: &Global, screen: Screen) -> Result<Shifted, CliError> {
+fn run(pair: Pair, [semi, finish]: [&Source; 2], global: &Global, screen: Screen) -> Result<Shifted, CliError> {
     let bar = screen.progress("");
     let start = Instant::now();
     let folder = semi.path.as_deref().and_then(Path::parent).map(Path::to_owned);
@@ -164,7 +164,8 @@ fn run(pair: Pair, semi: &Source, global: &Global, screen: Screen) -> Result<Shi
     let result = moved(pair, &watch);
     bar.finish_and_clear();
     result.map_err(|error| match error {
-        MoveError::Job(error) => work::explain(&error, &semi.name),
+        MoveError::Job { error, of: Which::Semi } => work::explain(&error, &semi.name),
+        MoveError::Job { error, of: Which::Finish } => work::explain(&error, &finish.name),
         MoveError::Finish(error) => CliError::new(error.to_string(), error.help()),
     })
 }

@@ -18,11 +18,25 @@ const SPACING_MM: f64 = 0.5;
 #[derive(Debug, thiserror::Error)]
 pub enum MoveError {
     /// A program cannot be used.
-    #[error(transparent)]
-    Job(JobError),
+    #[error("{error}")]
+    Job {
+        /// Why.
+        error: JobError,
+        /// Which: the semi-finish or the finish.
+        of: Which,
+    },
     /// Nothing can be offset.
     #[error(transparent)]
     Finish(#[from] SemifinishError),
+}
+
+/// One of the two programs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Which {
+    /// The semi-finish.
+    Semi,
+    /// The finish.
+    Finish,
 }
 
 /// Two programs with their setup.
@@ -72,7 +86,7 @@ pub fn semifinish(pair: Pair, watch: &Watch) -> Result<Shifted, MoveError> {
     let Pair { semi, finish, mut job, mut assumptions, wanted } = pair;
     assumptions.extend(learned::apply(&mut job));
     let mut diagnostics = Vec::new();
-    let mut read = |program: &Program, job: &mut Job| -> Result<Toolpath, MoveError> {
+    let mut read = |program: &Program, of: Which, job: &mut Job| -> Result<Toolpath, MoveError> {
         let unit = remarks::unit(program, &environment(job, watch), job);
         if let Some((told, said, _)) = unit {
             assumptions.push(told);
@@ -80,20 +94,23 @@ pub fn semifinish(pair: Pair, watch: &Watch) -> Result<Shifted, MoveError> {
         }
         let mut path = nc::interpret(program, &environment(job, watch));
         if path.moves.is_empty() {
-            return Err(MoveError::Job(JobError::NoMotion));
+            return Err(MoveError::Job { error: JobError::NoMotion, of });
         }
         assumptions.extend(remarks::tool_assumption(&path, job));
         let unknown = remarks::unknown_tools(&path, job);
         if !unknown.is_empty() {
-            return Err(MoveError::Job(JobError::UnknownTools(unknown)));
+            return Err(MoveError::Job { error: JobError::UnknownTools(unknown), of });
         }
         remarks::freeze_tools(&mut path, job);
         rewrite::freeze(program, &mut path, job);
         diagnostics.append(&mut path.diagnostics);
         Ok(path)
     };
-    let semi_path = read(&semi, &mut job)?;
-    let finish_path = read(&finish, &mut job)?;
+    if !write::is_written(&semi) {
+        return Err(SemifinishError::Dialect { name: semi.dialect().name() }.into());
+    }
+    let semi_path = read(&semi, Which::Semi, &mut job)?;
+    let finish_path = read(&finish, Which::Finish, &mut job)?;
     let (wanted, reference_source) = referred(wanted, &finish_path, &job);
     let movable = write::movable(&semi, &semi_path);
     let simulate = |path: &Toolpath, again: Option<engage::Again>| -> Result<EngagementMap, EngageError> {

@@ -51,9 +51,6 @@ pub struct SemifinishReport<'a> {
     /// Reference of the force, N, and where it comes from.
     reference_n: f64,
     reference_source: &'static str,
-    /// Was it asked for, by the command or by a limit of the setup?
-    #[serde(skip)]
-    asked_for: bool,
     stock_bounds_mm: [f64; 2],
     change_bound: f64,
     tolerance_mm: f64,
@@ -244,7 +241,6 @@ pub fn semifinish_report(found: Semifinished<'_>) -> SemifinishReport<'_> {
         finish: found.names[1].to_owned(),
         reference_n,
         reference_source: found.reference_source,
-        asked_for: found.wanted.force_n.is_some(),
         stock_bounds_mm: found.wanted.stock_mm,
         change_bound: found.wanted.change,
         tolerance_mm: found.wanted.tolerance_mm,
@@ -419,10 +415,10 @@ impl SemifinishReport<'_> {
         serde_json::to_string_pretty(self).expect("plain data") + "\n"
     }
 
-    /// What is not held of the reference that was asked for: one sentence.
+    /// What is not held of the reference, wherever it comes from: one sentence.
     pub fn unmet(&self) -> Option<String> {
         let force = &self.force;
-        (self.asked_for && force.beyond_mm > 0.0).then(|| {
+        (force.beyond_mm > 0.0).then(|| {
             format!(
                 "the force of {} N is not held: on {:.1} of {:.0} mm it is more than 10 % above, {:.2} N at most",
                 short(self.reference_n),

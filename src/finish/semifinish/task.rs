@@ -142,6 +142,12 @@ pub enum SemifinishError {
          contact of the ball"
     )]
     NoFullCut,
+    /// A dialect that cannot be rewritten.
+    #[error("semi-finishes in the dialect {name} cannot be moved")]
+    Dialect {
+        /// Its name.
+        name: &'static str,
+    },
     /// An inconsistent setting.
     #[error("{what}")]
     Bad {
@@ -179,6 +185,9 @@ impl SemifinishError {
             }
             Self::NoFullCut => "give programs of whole passes",
             Self::NothingFree => "post the semi-finish as plain moves",
+            Self::Dialect { .. } => {
+                "post the semi-finish for a control that reads G code (ISO 6983), if the machine does"
+            }
             Self::Bad { .. } => "see `feedwright semifinish --help`",
         }
     }

@@ -20,11 +20,16 @@ const CENTRE: [u8; 3] = *b"IJK";
 /// Largest difference between words and the interpreted path, mm.
 const SAME_MM: f64 = 1e-6;
 
+/// Can a program of this dialect be rewritten? Heidenhain plain language has arcs of two blocks and numbered lines.
+pub fn is_written(program: &Program) -> bool {
+    program.dialect().syntax() != Syntax::Heidenhain
+}
+
 /// For each move: may the coordinates of its block be rewritten? Only if the block makes this move alone and once, at a
 /// feed per minute or per revolution, with plain numbers that give its end.
 pub fn movable(program: &Program, path: &Toolpath) -> Vec<bool> {
     let mut may = vec![false; path.moves.len()];
-    if program.dialect().syntax() == Syntax::Heidenhain {
+    if !is_written(program) {
         return may;
     }
     let texts = Texts::new(program, path);
