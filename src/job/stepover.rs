@@ -32,7 +32,7 @@ pub fn at_reference_force(
     for tool in &mut job.tools {
         tool.limits.force_xy_n = None;
     }
-    job.output.annotate = Annotate::None;
+    (job.output.annotate, job.output.marked) = (Annotate::None, false);
     let bytes = saved::to_bytes(piece, Vec3::zeros());
     let load = |_: &Path| Ok(bytes.clone());
     let watch = Watch {

@@ -290,6 +290,8 @@ pub struct OutputRules {
     pub split: bool,
     /// How much is annotated.
     pub annotate: Annotate,
+    /// Is the file marked as one whose feeds were changed, with the feeds that it had? Not where Feedwright planned it itself.
+    pub marked: bool,
     /// Are feeds that are an expression or a variable replaced by numbers? Else they are kept.
     pub replace_computed_feeds: bool,
     /// Line ranges (first, last; 1-based) that keep their feeds. They are simulated and checked like all others: a load above its limit there is

@@ -194,7 +194,7 @@ impl Writer<'_> {
             self.stats.blocks_added += 1;
             self.stats.f_words_after += 1;
         }
-        if !self.edits.is_empty() {
+        if !self.edits.is_empty() && self.job.output.marked {
             self.header();
         }
     }

@@ -234,6 +234,7 @@ pub fn output(reader: &mut Reader, table: &OutputTable) -> OutputRules {
         ),
         split: table.split.unwrap_or(true),
         annotate: annotate.unwrap_or(Annotate::Changes),
+        marked: true,
         replace_computed_feeds: computed.unwrap_or(false),
         exclude: exclude.into_iter().map(|lines| line_range(reader, "output.exclude", lines)).collect(),
     }

@@ -119,6 +119,7 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
             max_growth: None,
             minimum_length_mm: 0.5,
             split: true,
+            marked: true,
             annotate: Annotate::Changes,
             exclude: Vec::new(),
         },
