@@ -91,12 +91,8 @@ pub fn read_surface(bytes: &[u8]) -> Result<(Mesh, Vec<String>), MeshError> {
         return Err(MeshError::Empty);
     }
     orient(&mut mesh, &mut notes)?;
-    if has_gaps(&mesh) {
-        let level = |[a, b, c]: &[u32; 3]| {
-            let [a, b, c] = [*a, *b, *c].map(|k| mesh.vertices[k as usize]);
-            (b - a).cross(&(c - a)).z
-        };
-        if mesh.triangles.iter().map(level).sum::<f64>() < 0.0 {
+    if is_sheet(&mesh) {
+        if facing(&mesh)[0] < 0.0 {
             mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
             notes.push("the surface looked down and was turned".into());
         }
@@ -104,6 +100,25 @@ pub fn read_surface(bytes: &[u8]) -> Result<(Mesh, Vec<String>), MeshError> {
         outward(&mut mesh, &mut notes);
     }
     Ok((mesh, notes))
+}
+
+/// Share of its area seen from above by which a sheet faces one way: 1 without folds; of a closed solid half of it faces either way, and a
+/// missing facet changes little.
+const ONE_WAY: f64 = 0.5;
+
+/// Is it a sheet, so that the way it faces says what is above it, and not the volume that it encloses?
+fn is_sheet(mesh: &Mesh) -> bool {
+    let [sum, all] = facing(mesh);
+    sum.abs() > ONE_WAY * all
+}
+
+/// Twice the area seen from above: with its sign, positive where it faces up; and without, mm².
+fn facing(mesh: &Mesh) -> [f64; 2] {
+    let level = |[a, b, c]: &[u32; 3]| {
+        let [a, b, c] = [*a, *b, *c].map(|k| mesh.vertices[k as usize]);
+        (b - a).cross(&(c - a)).z
+    };
+    mesh.triangles.iter().map(level).fold([0.0, 0.0], |[sum, all], z| [sum + z, all + z.abs()])
 }
 
 /// Corners of all triangles, three a triangle.
@@ -169,11 +184,22 @@ fn weld(corners: &[Vec3], tolerance: f64) -> Mesh {
     mesh
 }
 
-/// Takes out triangles without area and triangles given twice.
+/// Height of a triangle over its longest side below which it has no area: rounding of coordinates in single precision.
+const FLAT: f64 = 1e-6;
+
+/// Has a triangle no area: two equal corners, or three on one line?
+fn is_flat(vertices: &[Vec3], triangle: [u32; 3]) -> bool {
+    let [a, b, c] = triangle.map(|k| vertices[k as usize]);
+    let longest = [b - a, c - b, a - c].map(|side| side.norm_squared()).into_iter().fold(0.0, f64::max);
+    (b - a).cross(&(c - a)).norm() <= FLAT * longest
+}
+
+/// Takes out triangles without area and triangles given twice. One whose corners lie on a line stays if it joins others at a vertex on their
+/// edge, and goes if it lies beside two that share an edge anyway.
 fn clean(mesh: &mut Mesh, notes: &mut Vec<String>) {
     let before = mesh.triangles.len();
     mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
-    let flat = before - mesh.triangles.len();
+    let mut flat = before - mesh.triangles.len();
     let mut seen = std::collections::HashSet::with_capacity(mesh.triangles.len());
     mesh.triangles.retain(|triangle| {
         let mut sorted = *triangle;
@@ -181,11 +207,26 @@ fn clean(mesh: &mut Mesh, notes: &mut Vec<String>) {
         seen.insert(sorted)
     });
     let double = before - flat - mesh.triangles.len();
+    flat += leave_out_idle(mesh);
     for (n, what) in [(flat, "without an area"), (double, "given twice")] {
         if n > 0 {
             notes.push(format!("{n} triangles {what} were left out"));
         }
     }
+}
+
+/// Takes out triangles without area at edges that join more than two; how many.
+fn leave_out_idle(mesh: &mut Mesh) -> usize {
+    let edges = half_edges(mesh);
+    let crowded = edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|group| group.len() > 2).flatten();
+    let is_idle = |index: &u32| is_flat(&mesh.vertices, mesh.triangles[*index as usize]);
+    let idle: std::collections::HashSet<u32> = crowded.map(|edge| edge.2).filter(is_idle).collect();
+    let mut index = 0;
+    mesh.triangles.retain(|_| {
+        index += 1;
+        !idle.contains(&(index - 1))
+    });
+    idle.len()
 }
 
 /// Half edges (low vertex, high vertex) sorted, each with its triangle and whether it runs upward in it.
@@ -324,7 +365,9 @@ fn outward(mesh: &mut Mesh, notes: &mut Vec<String>) {
 impl Mesh {
     /// Volume, mm³.
     pub fn volume(&self) -> f64 {
-        let at = |k: u32| self.vertices[k as usize];
+        // About the middle, so that a small gap changes little wherever the mesh lies.
+        let Box3 { min, max } = self.extent();
+        let at = |k: u32| self.vertices[k as usize] - 0.5 * (min + max);
         self.triangles.iter().map(|[a, b, c]| at(*a).dot(&at(*b).cross(&at(*c)))).sum::<f64>() / 6.0
     }
     /// Smallest box that holds it.
@@ -419,5 +462,72 @@ impl Ray {
             self.top_faces_up = up;
         }
         self.bottom = self.bottom.min(z);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box of 4 × 4 × 2 mm beside the origin, each side of two triangles, as corners.
+    fn corners_of_a_box() -> Vec<[Vec3; 3]> {
+        let at = |k: u32| {
+            let bit = |n: u32| f64::from(k >> n & 1);
+            Vec3::new(10.0 + 4.0 * bit(0), 20.0 + 4.0 * bit(1), 2.0 * bit(2))
+        };
+        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]];
+        sides.iter().flat_map(|[a, b, c, d]| [[at(*a), at(*b), at(*c)], [at(*a), at(*c), at(*d)]]).collect()
+    }
+
+    fn surface(triangles: &[[Vec3; 3]]) -> Result<(Mesh, Vec<String>), MeshError> {
+        let vertex = |p: &Vec3| format!("vertex {} {} {}\n", p.x, p.y, p.z);
+        let facet = |t: &[Vec3; 3]| format!("facet\n{}endfacet\n", t.iter().map(vertex).collect::<Vec<_>>().concat());
+        let text = format!("solid\n{}endsolid\n", triangles.iter().map(facet).collect::<Vec<_>>().concat());
+        read_surface(text.as_bytes())
+    }
+
+    /// A vertex on an edge, or a missing facet, wherever it is: the outside stays outside, and a solid that is inside out is turned.
+    #[test]
+    fn a_solid_with_a_gap_is_not_turned_inside_out() {
+        let whole = corners_of_a_box();
+        for k in 0..whole.len() {
+            let mut gap = whole.clone();
+            let [a, b, c] = gap.remove(k);
+            let mut split = gap.clone();
+            let middle = 0.5 * (a + b);
+            split.extend([[a, middle, c], [middle, b, c]]);
+            for mesh in [gap, split] {
+                let (found, notes) = surface(&mesh).unwrap();
+                assert!(found.volume() > 20.0 && notes.is_empty(), "{k}: {} {notes:?}", found.volume());
+                let turned: Vec<[Vec3; 3]> = mesh.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+                let (found, notes) = surface(&turned).unwrap();
+                assert!(found.volume() > 20.0 && notes[0].contains("inward"), "{k}: {notes:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_sheet_looks_up_though_it_is_closed_on_no_side() {
+        let top = [corners_of_a_box()[2], corners_of_a_box()[3]];
+        assert!(surface(&top).unwrap().1.is_empty());
+        let down = top.map(|[a, b, c]| [a, c, b]);
+        assert!(surface(&down).unwrap().1[0].contains("looked down"));
+    }
+
+    /// Three corners on an edge that two triangles share already are left out; where they close a gap they stay.
+    #[test]
+    fn a_facet_on_a_line_does_not_make_bodies_touch() {
+        let mut mesh = corners_of_a_box();
+        let [a, b, _] = mesh[0];
+        mesh.push([a, 0.5 * (a + b), b]);
+        let (found, notes) = surface(&mesh).unwrap();
+        assert!(found.triangles.len() == 12 && notes[0].contains("without an area"), "{notes:?}");
+        let [a, b, c] = mesh[0];
+        let middle = 0.5 * (a + b);
+        mesh[0] = [a, middle, c];
+        mesh[12] = [middle, b, c];
+        mesh.push([a, b, middle]);
+        let (found, notes) = surface(&mesh).unwrap();
+        assert!(found.triangles.len() == 14 && notes.is_empty(), "{} {notes:?}", found.triangles.len());
     }
 }
