@@ -173,6 +173,10 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
     let left = if command.stock.is_none() { left(&job)? } else { None };
     let found = run(&surface, (&job, dialect), &ask, left, &hold);
     bar.finish_and_clear();
+    if found.is_err() {
+        // What was repaired may be why.
+        surface.notes.iter().for_each(|note| screen.say(&format!("note      {note}")));
+    }
     let answer = found.map_err(|error| refused(&error, &command.surface))?;
     let to_stdout = program.is_stdout() || json.as_ref().is_some_and(super::output::Output::is_stdout);
     let words = stepover_words(&answer);
@@ -210,13 +214,13 @@ fn layout(command: &Stepover) -> Result<Layout, CliError> {
     if !(0.0..=45.0).contains(&turn) {
         return Err(CliError::new(format!("--turn {turn} makes no sense"), "give degrees from 0 to 45"));
     }
-    if !(shallowest > 0.0 && shallowest < command.steepest) {
+    let contour = command.passes == Passes::Contour;
+    if contour && !(shallowest > 0.0 && shallowest < command.steepest) {
         return Err(CliError::new(
             format!("--shallowest {shallowest} makes no sense"),
             "give degrees above 0 and below --steepest",
         ));
     }
-    let contour = command.passes == Passes::Contour;
     let other = [
         ("--direction", command.direction, contour),
         ("--turn", command.turn, contour),
