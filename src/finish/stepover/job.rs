@@ -312,7 +312,8 @@ pub fn run(
         Requirements { bounds: Bounds { scallop_mm: (1.0 + PRICE) * bounds.scallop_mm, ..bounds }, ..required.clone() };
     let [least, least_with_force] = pass_area.least_alike_s(&on_surface, &places, [&required, &more_force]);
     let [least_with_scallop] = pass_area.least_alike_s(&on_surface, &places, [&more_scallop]);
-    let least_s = [least, comparison::least_of_any_s(&on_surface, &places, &required)];
+    // Passes laid like these are among any passes; these are bounded at fewer places and with fewer headings.
+    let least_s = [least, comparison::least_of_any_s(&on_surface, &places, &required).min(least)];
     let prices = [
         (least_with_force - least) / (PRICE * reference_n),
         (least_with_scallop - least) / (PRICE * 1e3 * bounds.scallop_mm),
