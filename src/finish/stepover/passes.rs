@@ -86,9 +86,14 @@ pub enum StepLimit {
 /// range, the scallop of a ball grows with its square.
 const SCALLOP_SLACK: f64 = 1.02;
 
+/// Height from which a scallop is beyond its limit, mm.
+pub fn beyond_mm(limit_mm: f64) -> f64 {
+    SCALLOP_SLACK * limit_mm
+}
+
 /// Is a scallop beyond its limit?
 pub fn is_beyond(scallop_mm: f64, limit_mm: f64) -> bool {
-    scallop_mm > SCALLOP_SLACK * limit_mm
+    scallop_mm > beyond_mm(limit_mm)
 }
 
 /// One place of a pass.
@@ -152,53 +157,60 @@ impl Plan {
     }
 }
 
-/// The columns, each with the stretches of Y on which the surface is machined.
+/// The columns, each with the stretches of Y on which the surface is machined. They are evenly spaced, with more of them where ground
+/// between two would be missed.
 pub struct Columns {
-    first_mm: f64,
+    /// X of each, rising, mm.
+    at_mm: Vec<f64>,
+    /// Largest distance of two, mm.
     column_mm: f64,
     stretches: Vec<Vec<[f64; 2]>>,
 }
 
-/// Bisections for the end of a stretch.
+/// Bisections for the end of a stretch: of 0.5 mm to 0.12 µm.
 const HALVINGS: u32 = 12;
+/// Ground between two columns that neither of them meets is looked for at so many parts of their distance: ground narrower than a part may be
+/// missed. Judgement: 0.06 mm, a fiftieth of the radius of a 6 mm tool.
+const PARTS: f64 = 8.0;
+/// Shortest distance of a spot from the next one, mm: a digit of a program.
+const APART_MM: f64 = 1e-3;
 
 impl Columns {
-    /// Finds where the tool touches the machined surface, in columns `column_mm` apart and rows `fine_mm` apart.
+    /// Finds where the tool touches the machined surface, in columns at most `column_mm` apart and rows `fine_mm` apart.
     pub fn new(on_surface: &ToolOnSurface, low: [f64; 2], high: [f64; 2], column_mm: f64, fine_mm: f64) -> Self {
         let reach = on_surface.shape().radius_mm();
-        let count = ((high[0] - low[0] + 2.0 * reach) / column_mm).ceil() as usize + 1;
-        let first_mm = low[0] - reach;
-        let rows = ((high[1] - low[1] + 2.0 * reach) / fine_mm).ceil() as usize + 1;
-        let column = |i: usize| {
-            let x = first_mm + i as f64 * column_mm;
-            let on = |y: f64| on_surface.dropper.drop([x, y]).is_some_and(|contact| !contact.rim);
-            let at = |j: usize| low[1] - reach + j as f64 * fine_mm;
-            let (mut found, mut begin, mut before) = (Vec::new(), None, false);
-            for j in 0..=rows {
-                let here = j < rows && on(at(j));
-                if here && !before {
-                    begin = Some(if j == 0 { at(0) } else { border(&on, at(j - 1), at(j)) });
-                }
-                if let (true, false, Some(begin)) = (before, here, begin) {
-                    found.push([begin, border(&on, at(j), at(j - 1))]);
-                }
-                before = here;
-            }
-            found
+        let [count, rows] = [(0, column_mm), (1, fine_mm)]
+            .map(|(axis, apart_mm)| ((high[axis] - low[axis] + 2.0 * reach) / apart_mm).ceil() as usize + 1);
+        let even: Vec<f64> = (0..count).map(|i| low[0] - reach + i as f64 * column_mm).collect();
+        let rows: Vec<f64> = (0..rows).map(|j| low[1] - reach + j as f64 * fine_mm).collect();
+        let on = |x: f64, y: f64| is_on(on_surface, [x, y]);
+        let missed = |two: &[f64]| {
+            let mut missed = Vec::new();
+            between(&on, [two[0], two[1]], (&rows, column_mm / PARTS), &mut missed);
+            missed
         };
-        Self { first_mm, column_mm, stretches: (0..count).into_par_iter().map(column).collect() }
+        let missed: Vec<Vec<f64>> = even.par_windows(2).map(missed).collect();
+        let mut at_mm = even;
+        at_mm.extend(missed.into_iter().flatten());
+        at_mm.sort_by(f64::total_cmp);
+        let stretches = at_mm.par_iter().map(|x| stretches_of(&|y| on(*x, y), &rows)).collect();
+        Self { at_mm, column_mm, stretches }
     }
 
     /// Places over the machined surface, about `apart_mm` apart, with their areas.
     pub fn places(&self, apart_mm: f64) -> Vec<Place> {
-        let every = (apart_mm / self.column_mm).round().max(1.0) as usize;
+        let wide_mm = (apart_mm / self.column_mm).round().max(1.0) * self.column_mm;
+        let Some([first, last]) = self.at_mm.first().zip(self.at_mm.last()).map(|(a, b)| [*a, *b]) else {
+            return Vec::new();
+        };
         let mut places = Vec::new();
-        for i in (every / 2..self.stretches.len()).step_by(every) {
+        for k in 0..((last - first) / wide_mm).ceil() as usize {
+            let middle = first + (k as f64 + 0.5) * wide_mm;
+            let i = self.at_mm.partition_point(|x| *x < middle).min(self.at_mm.len() - 1);
             for [from, to] in &self.stretches[i] {
                 let rows = ((to - from) / apart_mm).ceil().max(1.0);
                 let row = (to - from) / rows;
-                let place =
-                    |j: usize| ([self.x(i), from + (j as f64 + 0.5) * row], row * every as f64 * self.column_mm);
+                let place = |j: usize| ([self.x(i), from + (j as f64 + 0.5) * row], row * wide_mm);
                 places.extend((0..rows as usize).map(place));
             }
         }
@@ -207,7 +219,13 @@ impl Columns {
 
     /// X of a column, mm.
     fn x(&self, i: usize) -> f64 {
-        self.first_mm + i as f64 * self.column_mm
+        self.at_mm[i]
+    }
+
+    /// Width of the ground of a column, mm: half way to the next one on either side.
+    fn width(&self, i: usize) -> f64 {
+        let last = self.at_mm.len() - 1;
+        0.5 * (self.at_mm[(i + 1).min(last)] - self.at_mm[i.saturating_sub(1)])
     }
 
     /// Is the surface machined at this Y of a column?
@@ -227,6 +245,48 @@ impl Columns {
     }
 }
 
+/// Does the tool touch the machined surface at a place, and not its rim?
+fn is_on(on_surface: &ToolOnSurface, p: [f64; 2]) -> bool {
+    on_surface.dropper.drop(p).is_some_and(|contact| !contact.rim)
+}
+
+/// X between two columns at which more are needed, mm: where some row meets ground that ends before both, in the middle of the widest.
+fn between(on: &dyn Fn(f64, f64) -> bool, [from, to]: [f64; 2], (rows, part_mm): (&[f64], f64), found: &mut Vec<f64>) {
+    let count = ((to - from) / part_mm - 1e-6).ceil() as usize;
+    let looks = (1..count).map(|k| from + (to - from) * k as f64 / count as f64);
+    let mut widest: Option<[f64; 2]> = None;
+    for y in rows.iter().filter(|y| !on(from, **y) && !on(to, **y)) {
+        let Some(x) = looks.clone().find(|x| on(*x, *y)) else { continue };
+        let here = [from, to].map(|out| border(&|x| on(x, *y), out, x));
+        if widest.is_none_or(|known| here[1] - here[0] > known[1] - known[0]) {
+            widest = Some(here);
+        }
+    }
+    if let Some([low, high]) = widest {
+        let middle = 0.5 * (low + high);
+        between(on, [from, middle], (rows, part_mm), found);
+        found.push(middle);
+        between(on, [middle, to], (rows, part_mm), found);
+    }
+}
+
+/// The stretches of a column on which `on` holds, looked for at some rows.
+fn stretches_of(on: &dyn Fn(f64) -> bool, rows: &[f64]) -> Vec<[f64; 2]> {
+    let (mut found, mut begin, mut before) = (Vec::new(), None, false);
+    for j in 0..=rows.len() {
+        let here = j < rows.len() && on(rows[j]);
+        if here && !before {
+            begin = Some(if j == 0 { rows[0] } else { border(on, rows[j - 1], rows[j]) });
+        }
+        if let (true, false, Some(begin)) = (before, here, begin) {
+            let out = rows.get(j).copied().unwrap_or(2.0 * rows[j - 1] - rows[j.saturating_sub(2)]);
+            found.push([begin, border(on, out, rows[j - 1])]);
+        }
+        before = here;
+    }
+    found
+}
+
 /// Border between a place where `on` is false and one where it is true, on the true side.
 fn border(on: &dyn Fn(f64) -> bool, out: f64, inside: f64) -> f64 {
     bisect(on, inside, out, HALVINGS)[0]
@@ -236,7 +296,23 @@ fn border(on: &dyn Fn(f64) -> bool, out: f64, inside: f64) -> f64 {
 struct Allowed {
     /// For each feed the step-over, mm, and what bounds it; empty in a gap.
     steps: Vec<(f64, StepLimit)>,
-    reach: Option<Reach>,
+    /// The places that bound them, in the column and at ends of the pass beside it.
+    reaches: Vec<([f64; 2], Reach)>,
+    /// For each feed the index of the place that bounds it.
+    by: Vec<usize>,
+}
+
+impl Allowed {
+    /// Of so many places the least step-overs.
+    fn least(reaches: Vec<([f64; 2], Reach)>, required: &Requirements) -> Self {
+        let own = |feed: f64| {
+            let steps = reaches.iter().map(|(_, reach)| bound(reach, feed, required, required.bounds.largest_mm));
+            let least = steps.enumerate().reduce(|a, b| if b.1.0 < a.1.0 { b } else { a });
+            least.unwrap_or((0, (required.bounds.least_mm, StepLimit::Edge)))
+        };
+        let (by, steps) = required.feeds_mm_s.iter().map(|feed| own(*feed)).unzip();
+        Self { steps, reaches, by }
+    }
 }
 
 /// Plans the passes over the columns.
@@ -245,20 +321,29 @@ pub fn plan(on_surface: &ToolOnSurface, columns: &Columns, required: &Requiremen
     let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; required.feeds_mm_s.len()], ..Plan::default() };
     let begin: Vec<f64> = (0..count).map(|i| columns.start(i, f64::NEG_INFINITY, 0.0)).collect();
     let half = (on_surface.shape().radius_mm() / columns.column_mm).round() as usize;
-    let mut curve = below(&begin, required.turn, columns.column_mm, half);
+    let mut curve = below(&begin, required.turn, &columns.at_mm, half);
     let mut limits = vec![StepLimit::Edge; count];
     let (mut places, mut beyond) = (0usize, 0usize);
     let mut before: Option<Vec<f64>> = None;
     while curve.iter().any(|y| y.is_finite()) {
         let heading = way(plan.passes.len());
-        plan.passes.push(pass_along((on_surface, columns, required), &curve, before.as_deref(), &limits, heading));
-        let ahead = headings(&curve, columns.column_mm, way(plan.passes.len()));
+        let (pass, ends) = pass_along((on_surface, columns, required), &curve, before.as_deref(), &limits, heading);
+        plan.passes.push(pass);
+        let ahead = headings(&curve, &columns.at_mm, way(plan.passes.len()));
         let column = |i: usize| {
-            let mut allowed = Allowed { steps: Vec::new(), reach: None };
+            let mut allowed = Allowed { steps: Vec::new(), reaches: Vec::new(), by: Vec::new() };
             let Some(_) = columns.stretch(i, curve[i]) else { return allowed };
             let at = [columns.x(i), curve[i]];
             match required.constant {
-                None => allowed.reach = on_surface.reach(at, (ahead[i], [0.0, 1.0]), &required.bounds),
+                None => {
+                    // Where the pass ends beside the column, the surface may allow less than in it.
+                    let places = [at].into_iter().chain(ends[i].iter().flatten().copied());
+                    let reach = |p: [f64; 2]| Some((p, on_surface.reach(p, (ahead[i], [0.0, 1.0]), &required.bounds)?));
+                    let reaches: Vec<([f64; 2], Reach)> = places.filter_map(reach).collect();
+                    if !reaches.is_empty() {
+                        allowed = Allowed::least(reaches, required);
+                    }
+                }
                 Some(Constant::Above(step)) => allowed.steps = vec![(step, StepLimit::Neighbours)],
                 Some(Constant::Along(step)) => {
                     let leans = on_surface.leans(at, ahead[i]).unwrap_or(1.0);
@@ -267,17 +352,10 @@ pub fn plan(on_surface: &ToolOnSurface, columns: &Columns, required: &Requiremen
                 // Parallel passes step to the side.
                 Some(Constant::Down(_)) => {}
             }
-            if let Some(reach) = &allowed.reach {
-                allowed.steps = required
-                    .feeds_mm_s
-                    .iter()
-                    .map(|f| bound(reach, *f, required, required.bounds.largest_mm))
-                    .collect();
-            }
             allowed
         };
         let mut allowed: Vec<Allowed> = (0..count).into_par_iter().map(column).collect();
-        for (allowed, reach) in allowed.iter().filter_map(|allowed| Some((allowed, allowed.reach.as_ref()?))) {
+        for (allowed, (_, reach)) in allowed.iter().filter_map(|allowed| Some((allowed, allowed.reaches.first()?))) {
             places += 1;
             if allowed.steps.iter().all(|(_, limit)| *limit == StepLimit::Least) {
                 beyond += 1;
@@ -290,10 +368,11 @@ pub fn plan(on_surface: &ToolOnSurface, columns: &Columns, required: &Requiremen
         let best = chosen(columns, &curve, &allowed, (required, half));
         let settle = |(i, allowed): (usize, &mut Allowed)| {
             let k = best[i];
-            let (Some(reach), Some(step)) = (&allowed.reach, allowed.steps.get_mut(k)) else { return };
+            let by = allowed.by.get(k).and_then(|by| allowed.reaches.get(*by));
+            let (Some((at, reach)), Some(step)) = (by, allowed.steps.get_mut(k)) else { return };
             if step.1 == StepLimit::Force {
                 let ask = [required.feeds_mm_s[k], required.reference_n];
-                step.0 = on_surface.settled_mm([columns.x(i), curve[i]], (ahead[i], [0.0, 1.0]), reach, ask);
+                step.0 = on_surface.settled_mm(*at, (ahead[i], [0.0, 1.0]), reach, ask);
             }
         };
         allowed.par_iter_mut().enumerate().for_each(settle);
@@ -392,16 +471,16 @@ fn next_pass(
         }
     };
     let (tops, mut limits): (Vec<f64>, Vec<StepLimit>) = (0..curve.len()).map(column).unzip();
-    let next = below(&tops, required.turn, columns.column_mm, half);
+    let next = below(&tops, required.turn, &columns.at_mm, half);
     let (mut gain_mm2, mut time_s) = (0.0, 0.0);
     for i in 0..curve.len() {
         if next[i] < tops[i] - 1e-9 && tops[i].is_finite() {
             limits[i] = StepLimit::Neighbours;
         }
         if columns.on(i, curve[i]) && next[i].is_finite() {
-            gain_mm2 += (next[i] - curve[i]) * columns.column_mm;
-            let longer = allowed[i].reach.as_ref().map_or(1.0, |reach| reach.longer);
-            time_s += longer * columns.column_mm / feed_for(&allowed[i].steps, next[i] - curve[i], required);
+            gain_mm2 += (next[i] - curve[i]) * columns.width(i);
+            let longer = allowed[i].reaches.first().map_or(1.0, |(_, reach)| reach.longer);
+            time_s += longer * columns.width(i) / feed_for(&allowed[i].steps, next[i] - curve[i], required);
         }
     }
     NextPass { next, limits, gain_mm2, time_s }
@@ -418,14 +497,14 @@ fn smooth(curve: &[f64], half: usize) -> Vec<f64> {
 
 /// Largest curve with slope of at most `turn` below the tops; smoothed if `turn` > 0, because fine waves of one pass
 /// would grow in the next.
-fn below(tops: &[f64], turn: f64, column_mm: f64, half: usize) -> Vec<f64> {
+fn below(tops: &[f64], turn: f64, at_mm: &[f64], half: usize) -> Vec<f64> {
     let mut curve = if turn > 0.0 { smooth(tops, half) } else { tops.to_vec() };
-    let rise = turn * column_mm;
+    let rise = |i: usize| turn * (at_mm[i] - at_mm[i - 1]);
     for i in 1..curve.len() {
-        curve[i] = curve[i].min(curve[i - 1] + rise);
+        curve[i] = curve[i].min(curve[i - 1] + rise(i));
     }
     for i in (1..curve.len()).rev() {
-        curve[i - 1] = curve[i - 1].min(curve[i] + rise);
+        curve[i - 1] = curve[i - 1].min(curve[i] + rise(i));
     }
     curve
 }
@@ -436,11 +515,11 @@ fn way(pass: usize) -> f64 {
 }
 
 /// Unit heading of a curve at each column, along +X or against it.
-fn headings(curve: &[f64], column_mm: f64, way: f64) -> Vec<[f64; 2]> {
+fn headings(curve: &[f64], at_mm: &[f64], way: f64) -> Vec<[f64; 2]> {
     let last = curve.len() - 1;
     let heading = |i: usize| {
         let (a, b) = (i.saturating_sub(1), (i + 1).min(last));
-        let slope = (curve[b] - curve[a]) / ((b - a).max(1) as f64 * column_mm);
+        let slope = (curve[b] - curve[a]) / (at_mm[b] - at_mm[a]);
         let slope = if slope.is_finite() { slope } else { 0.0 };
         let length = slope.hypot(1.0);
         [way / length, way * slope / length]
@@ -448,51 +527,93 @@ fn headings(curve: &[f64], column_mm: f64, way: f64) -> Vec<[f64; 2]> {
     (0..curve.len()).map(heading).collect()
 }
 
-/// A pass along a curve, with loads at its spots.
+/// Where a pass ends beside a column, on its left and on its right, mm.
+type Ends = [Option<[f64; 2]>; 2];
+
+/// A pass along a curve, with loads at its spots: one in each column, and one where the machined surface ends between two; and for each column
+/// where that is.
 fn pass_along(
     (on_surface, columns, required): (&ToolOnSurface, &Columns, &Requirements),
     curve: &[f64],
     before: Option<&[f64]>,
     limits: &[StepLimit],
     way: f64,
-) -> Pass {
-    let ahead = headings(curve, columns.column_mm, way);
-    let spot = |i: usize| {
+) -> (Pass, Vec<Ends>) {
+    let ahead = headings(curve, &columns.at_mm, way);
+    let in_column = |i: usize| {
         let at = [columns.x(i), curve[i]];
         let [from, _] = columns.stretch(i, curve[i])?;
-        // The pass before is on the same stretch; otherwise the stock starts at the end of the stretch.
-        let beside = before.map(|before| before[i]).filter(|y| *y >= from - 1e-6).and_then(|y| {
-            let tip = on_surface.dropper.drop([at[0], y])?.tip_mm;
-            Some((Beside::Pass(Vec3::new(at[0], y, tip)), curve[i] - y))
-        });
-        let before = match beside {
-            Some((Beside::Pass(tip), _)) => Some(tip),
-            _ => None,
-        };
-        let contact = on_surface.dropper.drop([at[0], from])?;
-        let (beside, step_mm) = beside.unwrap_or((Beside::Edge(contact.point - 1e-3 * Vec3::y()), 0.0));
-        let here = on_surface.here(at, ahead[i], beside)?;
-        let line = on_surface.line(&here);
-        let feed_mm_s = required.fastest_mm_s(&line);
-        let force_n = line.loads(feed_mm_s).force_xy_peak_n;
-        let limit = if step_mm > 0.0 { limits[i] } else { StepLimit::Edge };
-        let scallop_mm = here.scallop_mm;
-        Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm, beside: before, limit, tip: here.tip })
+        spot_at((on_surface, required), at, (ahead[i], limits[i]), [before.map(|before| before[i]), Some(from)])
     };
-    let spots: Vec<Option<Spot>> = (0..curve.len()).into_par_iter().map(spot).collect();
+    let spots: Vec<Option<Spot>> = (0..curve.len()).into_par_iter().map(in_column).collect();
+    // The last place on the way from a column on the surface to a neighbour off it.
+    let end = |i: usize, off: usize| {
+        let on_the_way = |values: &dyn Fn(usize) -> f64, t: f64| values(i) + t * (values(off) - values(i));
+        let at = |t: f64| [on_the_way(&|k| columns.x(k), t), on_the_way(&|k| curve[k], t)];
+        let t = bisect(|t| is_on(on_surface, at(t)), 0.0, 1.0, HALVINGS)[0];
+        let before = before.map(|before| on_the_way(&|k| before[k], t));
+        let far = (at(t)[0] - columns.x(i)).abs() > APART_MM;
+        far.then(|| spot_at((on_surface, required), at(t), (ahead[i], limits[i]), [before, None])).flatten()
+    };
+    let ends = |i: usize| {
+        let off = |k: &usize| spots[i].is_some() && spots.get(*k).is_some_and(Option::is_none);
+        [i.wrapping_sub(1), i + 1].map(|k| Some(k).filter(off).and_then(|off| end(i, off)))
+    };
+    let ends: Vec<[Option<Spot>; 2]> = (0..curve.len()).into_par_iter().map(ends).collect();
     let mut stretches: Vec<Vec<Spot>> = Vec::new();
     let mut open = false;
-    for spot in spots {
-        match spot {
-            Some(spot) if open => stretches.last_mut().into_iter().for_each(|stretch| stretch.push(spot)),
-            Some(spot) => stretches.push(vec![spot]),
-            None => {}
+    for (spot, [begin, end]) in spots.iter().zip(&ends) {
+        if let Some(spot) = spot {
+            if !open {
+                stretches.push(Vec::new());
+            }
+            stretches.last_mut().into_iter().for_each(|stretch| stretch.extend(begin.iter().chain([spot]).chain(end)));
         }
         open = spot.is_some();
     }
+    // A stretch of one spot is shorter than a digit of the program.
     stretches.retain(|stretch| stretch.len() > 1);
-    Pass { stretches, back: way < 0.0, level_mm: None }
+    let places = ends.iter().map(|two| two.map(|spot| spot.map(|spot| spot.at))).collect();
+    (Pass { stretches, back: way < 0.0, level_mm: None }, places)
 }
+
+/// A spot of a pass with its loads; `before`: Y of the pass before there; `from`: start of the stretch of the surface there, looked for where
+/// it is not known.
+fn spot_at(
+    (on_surface, required): (&ToolOnSurface, &Requirements),
+    at: [f64; 2],
+    (ahead, limit): ([f64; 2], StepLimit),
+    [before, from]: [Option<f64>; 2],
+) -> Option<Spot> {
+    let from = from.unwrap_or_else(|| start_of(on_surface, at, before.unwrap_or(at[1] - required.bounds.largest_mm)));
+    // The pass before is on the same stretch; otherwise the stock starts at the end of the stretch.
+    let beside = before.filter(|y| *y >= from - 1e-6).and_then(|y| {
+        let tip = on_surface.dropper.drop([at[0], y])?.tip_mm;
+        Some((Vec3::new(at[0], y, tip), at[1] - y))
+    });
+    let contact = on_surface.dropper.drop([at[0], from])?;
+    let edge = (Beside::Edge(contact.point - 1e-3 * Vec3::y()), 0.0);
+    let (stock, step_mm) = beside.map_or(edge, |(tip, step_mm)| (Beside::Pass(tip), step_mm));
+    let here = on_surface.here(at, ahead, stock)?;
+    let line = on_surface.line(&here);
+    let feed_mm_s = required.fastest_mm_s(&line);
+    let force_n = line.loads(feed_mm_s).force_xy_peak_n;
+    let limit = if step_mm > 0.0 { limit } else { StepLimit::Edge };
+    let (scallop_mm, beside) = (here.scallop_mm, beside.map(|(tip, _)| tip));
+    Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm, beside, limit, tip: here.tip })
+}
+
+/// Where the machined surface under a place begins, mm, looked for down to a Y.
+fn start_of(on_surface: &ToolOnSurface, at: [f64; 2], down_to_mm: f64) -> f64 {
+    let on = |y: f64| is_on(on_surface, [at[0], y]);
+    let parts = f64::from(LOOKS_BESIDE);
+    let look = |k: u32| at[1] + (down_to_mm - at[1]) * f64::from(k) / parts;
+    let first_off = (1..=LOOKS_BESIDE).find(|k| !on(look(*k)));
+    first_off.map_or(down_to_mm, |k| bisect(on, look(k - 1), look(k), HALVINGS)[0])
+}
+
+/// Places looked at between a pass and the one before for an end of the surface there: narrower gaps do not matter to stock and scallop.
+const LOOKS_BESIDE: u32 = 4;
 
 #[cfg(test)]
 mod tests {
@@ -501,12 +622,13 @@ mod tests {
     /// Y of the pass after one at 0 with a step of 1 mm, if beside it another stretch of the surface starts at `start_mm`.
     fn next_mm(start_mm: f64) -> f64 {
         let columns = Columns {
-            first_mm: 0.0,
+            at_mm: (0..4).map(f64::from).collect(),
             column_mm: 1.0,
             stretches: vec![vec![[0.0, 20.0]], vec![[0.0, 20.0]], vec![[start_mm, 20.0]], vec![[start_mm, 20.0]]],
         };
-        let allowed: Vec<Allowed> =
-            (0..4).map(|_| Allowed { steps: vec![(1.0, StepLimit::Scallop)], reach: None }).collect();
+        let allowed: Vec<Allowed> = (0..4)
+            .map(|_| Allowed { steps: vec![(1.0, StepLimit::Scallop)], reaches: Vec::new(), by: vec![0] })
+            .collect();
         let required = Requirements {
             bounds: Bounds { scallop_mm: 0.01, least_mm: 0.1, largest_mm: 2.0 },
             reference_n: 10.0,

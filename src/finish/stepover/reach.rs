@@ -226,7 +226,9 @@ impl ToolOnSurface<'_> {
         let on = |step: f64| self.dropper.drop(at(step)).is_some_and(|contact| !contact.rim);
         let (least, largest) = (bounds.least_mm, bounds.largest_mm);
         let last = if on(largest) { largest } else { bisect(on, least, largest, HALVINGS)[0] };
-        let low = last_within(scallop, least, last).unwrap_or(largest);
+        // Where the surface ends before the limit is reached, the step-over goes on with the root of the scallop, as on what is there of it.
+        let beyond = || if last < largest { (last / scallop(last).sqrt()).clamp(last, largest) } else { largest };
+        let low = last_within(scallop, least, last).unwrap_or_else(beyond);
         let look = |k: usize| least + (low - least) * k as f64 / (LOOKS - 1) as f64;
         let line = |step: f64| Some((step, self.line(&self.here(at(step), heading, before)?)));
         let steps = (0..LOOKS).filter_map(|k| line(look(k))).collect();
