@@ -257,7 +257,7 @@ mod tests {
     fn surface(triangles: Vec<[Vec3; 3]>) -> Surface {
         let marks = vec![0; triangles.len()];
         let extent = Box3 { min: Vec3::zeros(), max: Vec3::zeros() };
-        Surface { triangles, marks, outlines: Vec::new(), extent, notes: Vec::new() }
+        Surface { triangles, marks, holes: Vec::new(), extent, notes: Vec::new() }
     }
 
     /// Triangles of a height function over a square about the origin.

@@ -377,20 +377,20 @@ pub fn cutting_s(plan: &Plan) -> f64 {
 
 /// A note on gaps of the surface that the tool passes over; an error if it would sink into one.
 fn closed(surface: &Surface, shape: Shape, tolerance_mm: f64) -> Result<Option<String>, Refusal> {
-    let holes = surface.holes(shape, tolerance_mm);
+    let holes = surface.sinks_into(shape, tolerance_mm);
     if let Some(hole) = holes.first() {
         return Err(Refusal::new(
             format!(
                 "the surface has {} holes into which the tool would sink, the largest {:.2} mm wide at X{:.1} Y{:.1}",
                 holes.len(),
-                hole.width_mm(),
-                hole.low.x,
-                hole.low.y
+                hole.width_mm,
+                hole.at[0],
+                hole.at[1]
             ),
             "close the holes in the CAD system",
         ));
     }
-    let gaps = surface.outlines.len().saturating_sub(1);
+    let gaps = surface.holes.len();
     Ok((gaps > 0).then(|| format!("{gaps} gaps too small for the tool to sink into are passed over")))
 }
 

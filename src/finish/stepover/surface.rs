@@ -2,8 +2,8 @@
 //! edges and corners on the rim of the machined area, notes on repairs; or an error.
 //!
 //! The surface may be open. Machined are the facets that face upwards and are no steeper than a limit; their rim is
-//! where the surface ends or becomes steeper. A hole is an outline other than the longest: a ball of radius r would
-//! sink into a hole of width w by r − √(r² − w²/4).
+//! where the surface ends or becomes steeper. An outline that runs clockwise about its facets, seen from above, is a hole: a ball of radius r
+//! would sink into it by r − √(r² − w²/4), w the diameter of the largest circle within.
 
 use super::shape::Shape;
 use crate::machine::Box3;
@@ -31,8 +31,8 @@ pub struct Surface {
     pub triangles: Vec<[Vec3; 3]>,
     /// Marks of each.
     pub marks: Vec<u16>,
-    /// Outlines where the surface ends, the longest first.
-    pub outlines: Vec<Outline>,
+    /// Holes seen from above, the widest first; gaps without a width, as at a vertex on an edge, among them.
+    pub holes: Vec<Hole>,
     /// Smallest box that holds it, mm.
     pub extent: Box3,
     /// What was repaired, one sentence each.
@@ -41,20 +41,11 @@ pub struct Surface {
 
 /// A closed chain of edges that belong to one triangle only.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outline {
-    /// Length, mm.
-    pub length_mm: f64,
-    /// Smallest box about it, mm.
-    pub low: Vec3,
-    /// Its other corner, mm.
-    pub high: Vec3,
-}
-
-impl Outline {
-    /// Its narrower side in the plane, mm.
-    pub fn width_mm(&self) -> f64 {
-        (self.high.x - self.low.x).min(self.high.y - self.low.y)
-    }
+pub struct Hole {
+    /// Diameter of the largest circle within, mm.
+    pub width_mm: f64,
+    /// Its middle, mm.
+    pub at: [f64; 2],
 }
 
 impl Surface {
@@ -75,8 +66,8 @@ impl Surface {
             across.z >= least * across.norm()
         };
         let steep: Vec<bool> = triangles.iter().map(|triangle| !machined(triangle)).collect();
-        let (marks, outlines) = rims(mesh, &steep);
-        Self { triangles, marks, outlines, extent: mesh.extent(), notes }
+        let (marks, holes) = rims(mesh, &steep);
+        Self { triangles, marks, holes, extent: mesh.extent(), notes }
     }
 
     /// The surface rotated about Z, counter-clockwise.
@@ -93,13 +84,12 @@ impl Surface {
     }
 
     /// Holes into which a tool sinks by more than `tolerance_mm`.
-    pub fn holes(&self, shape: Shape, tolerance_mm: f64) -> Vec<Outline> {
-        let sinks = |hole: &&Outline| {
-            let half = 0.5 * hole.width_mm() - shape.flat_mm;
+    pub fn sinks_into(&self, shape: Shape, tolerance_mm: f64) -> Vec<Hole> {
+        let sinks = |hole: &&Hole| {
+            let half = 0.5 * hole.width_mm - shape.flat_mm;
             half > 0.0 && shape.height(shape.flat_mm + half).is_none_or(|by_mm| by_mm > tolerance_mm)
         };
-        // The longest outline is the border of the surface.
-        self.outlines.iter().skip(1).filter(sinks).copied().collect()
+        self.holes.iter().filter(sinks).copied().collect()
     }
 
     /// Machined area seen from above, mm².
@@ -123,8 +113,8 @@ impl Surface {
     }
 }
 
-/// Marks of the triangles, and the outlines of a mesh.
-fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u16>, Vec<Outline>) {
+/// Marks of the triangles, and the holes of a mesh.
+fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u16>, Vec<Hole>) {
     let mut edges: Vec<(u32, u32, u32, u8)> = Vec::with_capacity(3 * mesh.triangles.len());
     for (index, ids) in mesh.triangles.iter().enumerate() {
         for k in 0..3u8 {
@@ -139,7 +129,9 @@ fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u16>, Vec<Outline>) {
     for group in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         let machined = group.iter().filter(|edge| !steep[edge.2 as usize]).count();
         if group.len() == 1 {
-            open.push((group[0].0, group[0].1));
+            // In the direction in which it runs about its triangle.
+            let (ids, k) = (mesh.triangles[group[0].2 as usize], usize::from(group[0].3));
+            open.push((ids[k], ids[(k + 1) % 3]));
         }
         if let [a, b] = group {
             let shared = [a, b].map(|edge| (mesh.triangles[edge.2 as usize], edge.3));
@@ -161,7 +153,7 @@ fn rims(mesh: &Mesh, steep: &[bool]) -> (Vec<u16>, Vec<Outline>) {
             *marks |= if on_rim[ids[k] as usize] { RIM_CORNER << k } else { 0 };
         }
     }
-    (marks, outlines(mesh, &open))
+    (marks, holes(mesh, &open))
 }
 
 /// Is an edge shared by two triangles concave seen from above? A tool then touches the triangles rather than the edge.
@@ -178,34 +170,122 @@ fn opens_upwards(mesh: &Mesh, [one, other]: [([u32; 3], u8); 2]) -> bool {
     side(c) * side(d) < 0.0 && above > OPENS * up.norm() * (d - a).norm()
 }
 
-/// Joins open edges that share a vertex to outlines, the longest first.
-fn outlines(mesh: &Mesh, open: &[(u32, u32)]) -> Vec<Outline> {
+/// Open edges that share a vertex form an outline; those that enclose no area counter-clockwise are holes, the widest first.
+fn holes(mesh: &Mesh, open: &[(u32, u32)]) -> Vec<Hole> {
     let mut beside: HashMap<u32, Vec<usize>> = HashMap::new();
     for (k, (a, b)) in open.iter().enumerate() {
         beside.entry(*a).or_default().push(k);
         beside.entry(*b).or_default().push(k);
     }
     let mut seen = vec![false; open.len()];
-    let mut found = Vec::new();
+    let mut found: Vec<Hole> = Vec::new();
     for start in 0..open.len() {
-        let mut outline =
-            Outline { length_mm: 0.0, low: Vec3::repeat(f64::INFINITY), high: Vec3::repeat(f64::NEG_INFINITY) };
-        let mut stack = vec![start];
+        let (mut outline, mut stack) = (Vec::new(), vec![start]);
         while let Some(k) = stack.pop() {
             if std::mem::replace(&mut seen[k], true) {
                 continue;
             }
             let ends = [open[k].0, open[k].1];
-            let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
-            outline.length_mm += (b - a).norm();
-            outline.low = outline.low.inf(&a).inf(&b);
-            outline.high = outline.high.sup(&a).sup(&b);
+            outline.push(ends.map(|v| mesh.vertices[v as usize].xy().into()));
             stack.extend(ends.iter().flat_map(|v| &beside[v]).filter(|k| !seen[**k]));
         }
-        if outline.length_mm > 0.0 {
-            found.push(outline);
+        if !outline.is_empty() {
+            found.extend(hole(&outline));
         }
     }
-    found.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
+    found.sort_by(|a, b| b.width_mm.total_cmp(&a.width_mm));
     found
+}
+
+/// Edge of an outline seen from above, with its facet on the left, mm.
+type Edge = [[f64; 2]; 2];
+
+/// Area over the square of the size from which an outline encloses something: coordinates in single precision.
+const ENCLOSES: f64 = 1e-6;
+/// Part of the size of a hole to which its width is found.
+const WIDTH: f64 = 1e-3;
+
+/// The hole within an outline; `None` if it is a border of the surface.
+fn hole(outline: &[Edge]) -> Option<Hole> {
+    let corners = || outline.iter().map(|edge| edge[0]);
+    let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    let (low, high) =
+        corners().fold(start, |(low, high), p| ([0, 1].map(|k| p[k].min(low[k])), [0, 1].map(|k| p[k].max(high[k]))));
+    let (middle, size) = ([0, 1].map(|k| 0.5 * (low[k] + high[k])), (high[0] - low[0]).max(high[1] - low[1]));
+    let turned = |[a, b]: &Edge| (a[0] - middle[0]) * (b[1] - middle[1]) - (b[0] - middle[0]) * (a[1] - middle[1]);
+    let area = 0.5 * outline.iter().map(turned).sum::<f64>();
+    if area > ENCLOSES * size * size {
+        return None;
+    }
+    // The farthest place from the outline, in cells that are quartered while they may hold a farther one.
+    let (mut best, mut at, mut cells) = (0.0, middle, vec![(middle, 0.5 * size)]);
+    while let Some((p, half)) = cells.pop() {
+        let inside_mm = inside_mm(outline, p);
+        if inside_mm > best {
+            (best, at) = (inside_mm, p);
+        }
+        if inside_mm + half * std::f64::consts::SQRT_2 > best + WIDTH * size {
+            let half = 0.5 * half;
+            cells.extend(
+                [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]
+                    .map(|[x, y]| ([p[0] + x * half, p[1] + y * half], half)),
+            );
+        }
+    }
+    Some(Hole { width_mm: 2.0 * best, at })
+}
+
+/// Distance of a place from an outline, mm, negative outside.
+fn inside_mm(outline: &[Edge], p: [f64; 2]) -> f64 {
+    let (mut nearest, mut inside) = (f64::INFINITY, false);
+    for [a, b] in outline {
+        let [[ax, ay], [bx, by]] = [a, b].map(|q| [q[0] - p[0], q[1] - p[1]]);
+        let (x, y) = (bx - ax, by - ay);
+        let t = (-(ax * x + ay * y) / (x * x + y * y).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        nearest = f64::min(nearest, (ax + t * x).hypot(ay + t * y));
+        // Edges that a ray along +X crosses.
+        inside ^= (ay > 0.0) != (by > 0.0) && ax - ay * x / y > 0.0;
+    }
+    if inside { nearest } else { -nearest }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sheet of squares of 1 mm, without those that are left out.
+    fn sheet(cells: [u32; 2], out: impl Fn(u32, u32) -> bool) -> Mesh {
+        let wide = cells[0] + 1;
+        let vertices = (0..wide * (cells[1] + 1)).map(|k| Vec3::new(f64::from(k % wide), f64::from(k / wide), 0.0));
+        let squares = (0..cells[0] * cells[1]).map(|k| [k % cells[0], k / cells[0]]).filter(|[i, j]| !out(*i, *j));
+        let triangles = squares.flat_map(|[i, j]| {
+            let a = i + j * wide;
+            [[a, a + 1, a + wide + 1], [a, a + wide + 1, a + wide]]
+        });
+        Mesh { vertices: vertices.collect(), triangles: triangles.collect() }
+    }
+
+    fn widths_mm(mesh: &Mesh) -> Vec<f64> {
+        Surface::of_mesh(mesh, 1.4, Vec::new()).holes.iter().map(|hole| hole.width_mm).collect()
+    }
+
+    /// The border of each sheet is none; a square of 2 mm has a circle of 2 mm within, a slot its width.
+    #[test]
+    fn holes_are_outlines_that_run_clockwise() {
+        assert!(widths_mm(&sheet([9, 4], |i, _| i == 4)).is_empty());
+        let square = |i: u32, j: u32| (2..4).contains(&i) && (2..4).contains(&j);
+        let slot = |i: u32, j: u32| (6..7).contains(&i) && (1..6).contains(&j);
+        let found = widths_mm(&sheet([9, 7], |i, j| square(i, j) || slot(i, j)));
+        assert!(found.len() == 2 && (found[0] - 2.0).abs() < 0.01 && (found[1] - 1.0).abs() < 0.02, "{found:?}");
+    }
+
+    /// A vertex in the middle of a long edge leaves a gap without a width.
+    #[test]
+    fn a_crack_has_no_width() {
+        let at = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+        let vertices = vec![at(0.0, 0.0), at(8.0, 0.0), at(8.0, 8.0), at(0.0, 8.0), at(4.0, 4.0), at(4.0, 9.0)];
+        let triangles = vec![[0, 1, 2], [0, 4, 3], [4, 2, 3], [2, 5, 3]];
+        let found = widths_mm(&Mesh { vertices, triangles });
+        assert!(found.is_empty() || found.iter().all(|width| *width < 1e-9), "{found:?}");
+    }
 }
