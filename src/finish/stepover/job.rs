@@ -243,20 +243,22 @@ pub fn run(
     let piece = left.unwrap_or_else(|| check::stock(surface, ask.stock_mm));
     let drawing = Drawing {
         tolerance_mm: ask.tolerance_mm,
+    let inch = job.machine.unsaid.inch.unwrap_or(job.inch);
+    tolerable(ask.tolerance_mm, inch)?;
+    let frame_rad = ask.layout.frame_rad();
+    let round = |p: Vec3| rotated(rotated(p, frame_rad).map(|mm| text::rounded_mm(mm, inch)), -frame_rad);
         arcs: arcs(dialect, &ask.layout),
+        round: &round,
         stock_mm: thickest_mm,
         safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z + ABOVE_MM),
     };
-    let inch = job.machine.unsaid.inch.unwrap_or(job.inch);
     let head = |notes: Vec<String>| Head { dialect, inch, tool: tool.number, rps, notes };
     let frame_rad = ask.layout.frame_rad();
     let draw = |plan: Plan, feed_mm_s: f64, notes: Vec<String>| {
         let mut steps = path::steps(&plan, feed_mm_s, &dropper, &drawing);
-        let (sin, cos) = frame_rad.sin_cos();
         for step in &mut steps {
-            for p in std::iter::once(&mut step.to).chain(&mut step.via) {
-                (p.x, p.y) = (cos * p.x - sin * p.y, sin * p.x + cos * p.y);
-            }
+            step.to = rotated(step.to, frame_rad);
+            step.via = step.via.map(|via| rotated(via, frame_rad));
         }
         let text = text::program(&head(notes), &steps);
         let path = check::passes_of(&text, dialect, job, &steps);
@@ -344,7 +346,29 @@ fn below_mm(ask: &Request) -> Result<f64, Refusal> {
     Ok(below_mm)
 }
 
-/// A plan with the scallops of the written passes, its motions, and their text before the feeds are set.
+/// A place rotated about Z, counter-clockwise.
+fn rotated(p: Vec3, angle_rad: f64) -> Vec3 {
+    let (sin, cos) = angle_rad.sin_cos();
+    Vec3::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y, p.z)
+}
+
+/// An error if coordinates are written no finer than the tolerance.
+fn tolerable(tolerance_mm: f64, inch: bool) -> Result<(), Refusal> {
+    let rounding_mm = text::rounding_mm(inch);
+    if tolerance_mm > rounding_mm {
+        return Ok(());
+    }
+    let unit = if inch { "inches" } else { "millimetres" };
+    Err(Refusal::new(
+        format!(
+            "--tolerance {tolerance_mm} mm cannot be held: the coordinates of the program, in {unit}, are rounded by up to \
+             {rounding_mm:.4} mm"
+        ),
+        format!("give --tolerance above {rounding_mm:.4} mm"),
+    ))
+}
+
+/// A plan with the scallops of the written passes, its motions, their text before the feeds are set, and what they leave on the surface.
 struct Drawn {
     plan: Plan,
     steps: Vec<Step>,

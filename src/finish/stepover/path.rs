@@ -4,7 +4,7 @@
 //! Short links run at the feed, just above stock and surface; longer ones at rapid, at the safe height.
 
 use super::drop::Dropper;
-use super::fit::{Part, fit};
+use super::fit::{Part, Round, fit};
 use super::levels::onto;
 use super::passes::{Pass, Plan, Spot, StepLimit};
 use crate::path::Vec3;
@@ -23,8 +23,8 @@ pub struct Step {
 }
 
 /// How the motions are drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drawing {
+#[derive(Clone, Copy)]
+pub struct Drawing<'a> {
     /// Largest deviation of lines and arcs from the path on the surface, mm.
     pub tolerance_mm: f64,
     /// Are arcs written?
@@ -33,6 +33,8 @@ pub struct Drawing {
     pub stock_mm: f64,
     /// Safe height of rapids, mm.
     pub safe_mm: f64,
+    /// A place as it is written.
+    pub round: Round<'a>,
 }
 
 /// Clearance of links above the stock, mm.
@@ -92,7 +94,8 @@ fn line(pass: &Pass, stretch: &[Spot], dropper: &Dropper, drawing: &Drawing) -> 
     let places: Vec<Vec3> = points.iter().map(|(at, _)| *at).collect();
     let first = points.first().map(|(to, limit)| Piece { to: *to, via: None, limit: *limit });
     let part = |part: Part| Piece { to: points[part.to].0, via: part.via, limit: points[part.to].1 };
-    first.into_iter().chain(fit(&places, left * drawing.tolerance_mm, drawing.arcs).into_iter().map(part)).collect()
+    let parts = fit(&places, left * drawing.tolerance_mm, drawing.arcs, drawing.round);
+    first.into_iter().chain(parts.into_iter().map(part)).collect()
 }
 
 /// Points of the tip between the spots, so close that the path deviates from its chords by less than [`SAMPLED`] of the

@@ -31,6 +31,19 @@ pub struct Head {
 /// Digits of a coordinate behind the point: mm, inch.
 const DIGITS: [usize; 2] = [3, 4];
 
+/// A length as it is written in mm or inches, mm.
+pub fn rounded_mm(mm: f64, inch: bool) -> f64 {
+    let per_unit = if inch { MM_PER_INCH } else { 1.0 };
+    let whole = 10f64.powi(DIGITS[usize::from(inch)] as i32);
+    (mm / per_unit * whole).round() / whole * per_unit
+}
+
+/// How far a written place may be from the one that is meant, mm: half a digit along each axis.
+pub fn rounding_mm(inch: bool) -> f64 {
+    let digit_mm = if inch { MM_PER_INCH } else { 1.0 } / 10f64.powi(DIGITS[usize::from(inch)] as i32);
+    0.5 * 3f64.sqrt() * digit_mm
+}
+
 /// Are arcs in this plane written? On Siemens controls a plane other than XY changes the axis of the tool length, and
 /// Heidenhain plain language has no arcs in it.
 pub fn has_arcs(dialect: Dialect, plane: Plane) -> bool {
