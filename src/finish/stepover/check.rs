@@ -15,7 +15,7 @@ use crate::engage::{self, EngageError, EngagementMap, Station};
 use crate::force::LoadLine;
 use crate::ids::MoveId;
 use crate::machine::{Box3, Job, StockShape};
-use crate::nc::{self, Dialect, Environment, MoveKind, Program, Toolpath};
+use crate::nc::{self, Dialect, Environment, Move, MoveKind, Program, Toolpath};
 use crate::path::{Curve, Vec3};
 use crate::schedule::cutters::Cutters;
 use crate::schedule::{FeedPiece, as_programmed, realise};
@@ -199,8 +199,44 @@ fn from_ends(toolpath: &Toolpath, parts: &[Option<(u32, StepLimit)>]) -> Vec<Opt
     ends.collect()
 }
 
+/// Spacing of places on a motion at which it is compared with the surface, over the radius of the tool; a bump that is missed between two is
+/// lower than an eighth of its square times the radius: 1 µm for a tool of 6 mm.
+const COMPARED: f64 = 0.05;
+
+/// Motions that cut deeper than `within_mm` into a surface, one sentence each. A tool whose corner is smaller by that must not touch the surface
+/// with its centre on the path.
+fn gouges(toolpath: &Toolpath, (surface, shape, within_mm): (&Surface, Shape, f64)) -> Vec<String> {
+    let within_mm = within_mm.min(0.5 * shape.corner_mm);
+    let smaller = Shape { corner_mm: shape.corner_mm - within_mm, ..shape };
+    let dropper = Dropper::new(surface, smaller);
+    let highest_mm = toolpath.moves.iter().map(|motion| motion.curve().to().z).fold(f64::NEG_INFINITY, f64::max);
+    // The first motion begins where the tool happens to be.
+    let is_off = |motion: &&Move| motion.curve().to().z < highest_mm;
+    let motions: Vec<&Move> = toolpath.moves.iter().skip_while(is_off).skip(1).collect();
+    let deepest_mm = |motion: &&Move| {
+        let curve = motion.curve();
+        let parts = (curve.length() / (COMPARED * shape.radius_mm())).ceil().max(1.0) as usize;
+        let deep = |k: usize| {
+            let tip = curve.point(curve.length() * k as f64 / parts as f64);
+            dropper.drop([tip.x, tip.y]).map_or(f64::NEG_INFINITY, |contact| contact.tip_mm - tip.z - within_mm)
+        };
+        (0..=parts).map(deep).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let deepest: Vec<f64> = motions.par_iter().map(deepest_mm).collect();
+    let gouging = motions.iter().zip(deepest).filter(|(_, deep_mm)| *deep_mm > 0.0);
+    let said = |(motion, deep_mm): (&&Move, f64)| {
+        format!(
+            "line {}: the tool cuts deeper into the surface than {within_mm:.4} mm: it would have to be {:.4} mm higher",
+            motion.line,
+            deep_mm + within_mm
+        )
+    };
+    gouging.map(said).collect()
+}
+
 /// Simulates a program; `steps`: the motions it was written from; `piece`: the stock; `reach_mm`: how far ahead of its tip the tool meets
-/// stock. So near the ends of a pass it does not meet all of it, and the force is no measure of the step-over.
+/// stock. So near the ends of a pass it does not meet all of it, and the force is no measure of the step-over. `finished`: the surface, the tool,
+/// and how deep its motions may cut into it, mm.
 pub fn check(
     text: &str,
     dialect: Dialect,
@@ -208,6 +244,7 @@ pub fn check(
     piece: &Piece,
     (steps, reach_mm): (&[Step], f64),
     reference_n: f64,
+    finished: (&Surface, Shape, f64),
 ) -> Result<Check, EngageError> {
     let simulated = Simulated::new(text, dialect, job, piece)?;
     let Simulated { toolpath, map, job, .. } = &simulated;
@@ -260,6 +297,7 @@ pub fn check(
         .events
         .iter()
         .map(|event| format!("line {}: {:?} {}", line_of(event.move_id), event.kind, event.detail))
+        .chain(gouges(toolpath, finished))
         .collect();
     found.doubts = toolpath.diagnostics.iter().map(|diagnostic| diagnostic.text.clone()).collect();
     Ok(found)

@@ -301,10 +301,12 @@ pub fn run(
     // Half the chord that the stock cuts off the tool.
     let reach_mm = (2.0 * shape.radius_mm() * thickest_mm).sqrt();
     // Its feeds are set for the same force and it is simulated alike, so that the two can be compared.
-    let finish = |Drawn { plan, steps, text }: Drawn| -> Result<Program, Refusal> {
+    // Passes are within the tolerance as they are written; the points of leads are rounded too.
+    let finished = (surface, shape, ask.tolerance_mm + text::rounding_mm(inch));
+    let finish = |Drawn { plan, steps, text, left }: Drawn| -> Result<Program, Refusal> {
         let text = hold(&text, &piece, reference_n)?;
-        let check = check::check(&text, dialect, job, &piece, (&steps, reach_mm), reference_n)?;
-        Ok(Program { plan, steps, text, check })
+        let check = check::check(&text, dialect, job, &piece, (&steps, reach_mm), reference_n, finished)?;
+        Ok(Program { plan, steps, text, check, left })
     };
     let constant = rival
         .map(|(step, feed_mm_s, drawn)| Ok::<_, Refusal>(Rival { step, feed_mm_s, program: finish(drawn)? }))

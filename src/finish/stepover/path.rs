@@ -101,7 +101,7 @@ fn line(pass: &Pass, stretch: &[Spot], dropper: &Dropper, drawing: &Drawing) -> 
 /// Points of the tip between the spots, so close that the path deviates from its chords by less than [`SAMPLED`] of the
 /// tolerance.
 fn finely(stretch: &[Spot], dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, StepLimit)> {
-    let fine = FINE_MM.min(0.1 * dropper.shape().radius_mm());
+    let fine = fine_mm(dropper);
     let Some(first) = stretch.first() else { return Vec::new() };
     let mut points: Vec<(Vec3, StepLimit)> = vec![(tip_at(first.at, first.tip.z, dropper), first.limit)];
     for two in stretch.windows(2) {
@@ -142,7 +142,7 @@ fn closer([from, to]: [Vec3; 2], dropper: &Dropper, within_mm: f64, out: &mut Ve
 /// Points of a pass of one height between the spots, so close that the curve deviates from its chords by less than
 /// [`SAMPLED`] of the tolerance.
 fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, StepLimit)> {
-    let fine = FINE_MM.min(0.1 * dropper.shape().radius_mm());
+    let fine = fine_mm(dropper);
     let place = |p: [f64; 2]| {
         let Some(contact) = dropper.drop(p) else { return Vec3::new(p[0], p[1], level_mm) };
         // Points stay at the level, so that arcs are level, unless they would cut into the surface by more than
@@ -194,7 +194,8 @@ fn put(steps: &mut Vec<Step>, line: &[Piece], (pass, feed): (u32, f64), dropper:
     let ([first, second, ..], [.., before_last, last]) = (line, line) else { return };
     let radius = drawing.stock_mm + CLEAR_MM;
     let air = |to: Vec3| Step { to, via: None, feed_mm_s: Some(feed), of: None };
-    let mut lead_in = lead(first.to, tangent(first.to, second.via, second.to), radius, dropper);
+    let within_mm = SAMPLED * drawing.tolerance_mm;
+    let mut lead_in = lead(first.to, tangent(first.to, second.via, second.to), radius, dropper, within_mm);
     lead_in.reverse();
     let before = steps.last().map(|step| step.to);
     let start = lead_in[0];
@@ -218,7 +219,7 @@ fn put(steps: &mut Vec<Step>, line: &[Piece], (pass, feed): (u32, f64), dropper:
         |piece: &Piece| Step { to: piece.to, via: piece.via, feed_mm_s: Some(feed), of: Some((pass, piece.limit)) };
     steps.extend(line.iter().skip(1).map(piece));
     let back = tangent(last.to, last.via, before_last.to);
-    steps.extend(lead(last.to, back, radius, dropper).into_iter().skip(1).map(air));
+    steps.extend(lead(last.to, back, radius, dropper, within_mm).into_iter().skip(1).map(air));
 }
 
 /// Horizontal direction in which a line or an arc leaves its end `from`.
@@ -235,21 +236,66 @@ fn direction(along: Vec3) -> Vec3 {
     if level.norm() > 1e-12 { level.normalize() } else { Vec3::x() }
 }
 
-/// Quarter circle from an end of a pass, away from it and up; never below the surface.
-fn lead(end: Vec3, into: Vec3, radius: f64, dropper: &Dropper) -> Vec<Vec3> {
-    let point = |k: usize| {
+/// Quarter circle from an end of a pass, away from it and up, as lines; where it or one of its lines would be below the surface, lines along
+/// the surface. Before a wall, which would take it higher than its own rise, it turns aside, first to the ground already cut, or back.
+fn lead(end: Vec3, into: Vec3, radius: f64, dropper: &Dropper, within_mm: f64) -> Vec<Vec3> {
+    let cut = if into.x > 0.0 { Vec3::new(into.y, -into.x, 0.0) } else { Vec3::new(-into.y, into.x, 0.0) };
+    let ways = [into, -cut, cut, -into];
+    let rises = |way: &Vec3| quarter(end, *way, radius).skip(1).all(|at| lifted(at, dropper).z - at.z <= radius);
+    let way = ways.into_iter().find(rises).unwrap_or(into);
+    let mut points = vec![end];
+    for at in quarter(end, way, radius).skip(1) {
+        let (from, to) = (points[points.len() - 1], lifted(at, dropper));
+        cleared([from, to], dropper, within_mm, &mut points);
+        points.push(to);
+    }
+    points
+}
+
+/// Points of a quarter circle from a place, against a horizontal direction and up.
+fn quarter(end: Vec3, into: Vec3, radius: f64) -> impl Iterator<Item = Vec3> {
+    (0..=LEAD_LINES).map(move |k| {
         let (sin, cos) = (std::f64::consts::FRAC_PI_2 * k as f64 / LEAD_LINES as f64).sin_cos();
-        let at = end - into * (radius * sin) + Vec3::z() * (radius * (1.0 - cos));
-        let rest = dropper.drop([at.x, at.y]).map_or(at.z, |contact| contact.tip_mm);
-        Vec3::new(at.x, at.y, at.z.max(rest))
-    };
-    (0..=LEAD_LINES).map(point).collect()
+        end - into * (radius * sin) + Vec3::z() * (radius * (1.0 - cos))
+    })
+}
+
+/// A place, or the tip above it where it is below the surface.
+fn lifted(at: Vec3, dropper: &Dropper) -> Vec3 {
+    Vec3::new(at.x, at.y, at.z.max(tip_at([at.x, at.y], at.z, dropper).z))
+}
+
+/// Points on the surface between two points of a lead, by repeated halving, so that the lines between them are nowhere below it by more than
+/// `within_mm`; over an edge until they are as close together.
+fn cleared([from, to]: [Vec3; 2], dropper: &Dropper, within_mm: f64, out: &mut Vec<Vec3>) {
+    let apart_mm = (to - from).xy().norm();
+    if apart_mm <= within_mm {
+        return;
+    }
+    let chord = 0.5 * (from + to);
+    let rest = tip_at([chord.x, chord.y], chord.z, dropper);
+    let is_below = rest.z > chord.z + within_mm;
+    // A tool rolls over whatever stands up in a wider way than this, so that it cannot be missed.
+    if !is_below && apart_mm <= fine_mm(dropper) {
+        return;
+    }
+    let middle = if is_below { rest } else { chord };
+    cleared([from, middle], dropper, within_mm, out);
+    if is_below {
+        out.push(middle);
+    }
+    cleared([middle, to], dropper, within_mm, out);
+}
+
+/// Spacing of points along a path, mm.
+fn fine_mm(dropper: &Dropper) -> f64 {
+    FINE_MM.min(0.1 * dropper.shape().radius_mm())
 }
 
 /// Highest tip of the tool on the surface between two places, mm.
 fn over(from: Vec3, to: Vec3, dropper: &Dropper) -> f64 {
     let length = (to - from).xy().norm();
-    let parts = (length / FINE_MM).ceil().max(1.0) as usize;
+    let parts = (length / fine_mm(dropper)).ceil().max(1.0) as usize;
     let at = |k: usize| from + (to - from) * (k as f64 / parts as f64);
     let rests = (0..=parts).filter_map(|k| dropper.drop([at(k).x, at(k).y])).map(|contact| contact.tip_mm);
     rests.fold(f64::NEG_INFINITY, f64::max)
