@@ -5,6 +5,7 @@ use super::number::{clock, short};
 use crate::finish::stepover::Answer;
 use crate::finish::stepover::check::HELD;
 use crate::finish::stepover::job::{LeftOut, Program, Rival, cutting_s};
+use crate::finish::stepover::left::Left;
 use crate::finish::stepover::passes::{Constant, Pass, Plan, Spot, StepLimit, is_beyond};
 use crate::units::{mm_min_from_mm_s, rpm_from_rps};
 use serde::Serialize;
@@ -25,7 +26,7 @@ struct Report {
     price: Price,
     /// Of passes of one height alone.
     #[serde(skip_serializing_if = "Option::is_none")]
-    left_out: Option<Left>,
+    left_out: Option<LeftOutRow>,
     passes: Vec<PassRow>,
     notes: Vec<String>,
 }
@@ -38,7 +39,7 @@ struct Price {
 
 /// What passes of one height leave out.
 #[derive(Serialize)]
-struct Left {
+struct LeftOutRow {
     shallower_than_deg: f64,
     shallow_mm2: f64,
     shallow_percent: f64,
@@ -66,8 +67,23 @@ struct Side {
     scallop_beyond_percent: f64,
     predicted: Predicted,
     simulated: Simulated,
+    /// What it leaves on the surface where the tool reaches it; of passes of one height, where it is steep enough.
+    left: LeftOnSurface,
     /// What it does not hold of force and scallop, one sentence each.
     unmet: Vec<String>,
+}
+
+/// What passes leave on the surface, measured on the surface.
+#[derive(Serialize)]
+struct LeftOnSurface {
+    reached_mm2: f64,
+    /// Area with more than the scallop limit.
+    beyond_mm2: f64,
+    beyond_percent: f64,
+    /// Area that no pass cuts.
+    uncut_mm2: f64,
+    height_max_mm: f64,
+    height_max_at_mm: [f64; 3],
 }
 
 #[derive(Serialize)]
@@ -165,6 +181,14 @@ fn unmet(program: &Program, answer: &Answer) -> Vec<String> {
             beyond_percent(plan, limit_mm)
         ));
     }
+    // Passes of one height leave out what is said of them.
+    if answer.left_out.is_none() && program.left.uncut_mm2 > 0.0 {
+        unmet.push(format!(
+            "no pass cuts {:.2} mm2 of the surface that the tool reaches, as at {}",
+            program.left.uncut_mm2,
+            place_words(program.left.at.into())
+        ));
+    }
     unmet
 }
 
@@ -212,6 +236,7 @@ fn side(program: &Program, answer: &Answer, least_s: Option<[f64; 2]>) -> Side {
             }),
             bound_by_percent: limits.into_iter().map(|limit| (name(limit), share(limit))).collect(),
         },
+        left: left_on_surface(&program.left),
         unmet: unmet(program, answer),
         simulated: Simulated {
             force_max_n: check.largest_n.0,
@@ -247,8 +272,19 @@ fn row(number: usize, pass: &Pass, simulated: [f64; 2]) -> PassRow {
     }
 }
 
-fn left(left: &LeftOut) -> Left {
-    Left {
+fn left_on_surface(left: &Left) -> LeftOnSurface {
+    LeftOnSurface {
+        reached_mm2: left.reached_mm2,
+        beyond_mm2: left.beyond_mm2,
+        beyond_percent: 100.0 * left.beyond_mm2 / left.reached_mm2.max(f64::MIN_POSITIVE),
+        uncut_mm2: left.uncut_mm2,
+        height_max_mm: left.most_mm,
+        height_max_at_mm: left.at.into(),
+    }
+}
+
+fn left_out(left: &LeftOut) -> LeftOutRow {
+    LeftOutRow {
         shallower_than_deg: left.shallowest_rad.to_degrees(),
         shallow_mm2: left.shallow_mm2,
         shallow_percent: 100.0 * left.shallow_mm2 / left.machined_mm2.max(f64::MIN_POSITIVE),
@@ -293,7 +329,7 @@ pub fn stepover_json(answer: &Answer) -> String {
         constant,
         saved_percent: saved(answer),
         price: Price { s_per_n: answer.prices[0], s_per_um: answer.prices[1] },
-        left_out: answer.left_out.as_ref().map(left),
+        left_out: answer.left_out.as_ref().map(left_out),
         passes: passes.map(|(k, pass)| row(k, pass, simulated(k))).collect(),
         notes: answer.notes.clone(),
     };
@@ -323,6 +359,10 @@ fn constant_words(rival: &Rival, answer: &Answer) -> String {
         "constant  {step_mm:.3} mm {measured}{holds}: {}, {passes} passes; {comparison}\n",
         clock(rival.program.check.time_s)
     )
+}
+
+fn place_words([x, y, z]: [f64; 3]) -> String {
+    format!("X{x:.1} Y{y:.1} Z{z:.1}")
 }
 
 /// The report on the screen.
@@ -377,8 +417,20 @@ pub fn stepover_words(answer: &Answer) -> String {
         );
     }
     let _ = writeln!(text, "scallop   {:.4} mm at most{}", whole.scallop_max_mm, beyond_words(&whole));
-    if let Some(Left { shallower_than_deg, shallow_mm2, shallow_percent, strips_mm2 }) =
-        answer.left_out.as_ref().map(left)
+    let left = &whole.left;
+    if left.beyond_mm2 > 0.0 {
+        let _ = writeln!(
+            text,
+            "left      more than that limit on {:.2} mm2 ({:.2} %) of the surface, {:.4} mm at most at {}; {:.2} mm2 of it are not cut",
+            left.beyond_mm2,
+            left.beyond_percent,
+            left.height_max_mm,
+            place_words(left.height_max_at_mm),
+            left.uncut_mm2
+        );
+    }
+    if let Some(LeftOutRow { shallower_than_deg, shallow_mm2, shallow_percent, strips_mm2 }) =
+        answer.left_out.as_ref().map(left_out)
     {
         let _ = writeln!(
             text,

@@ -6,7 +6,8 @@ use super::comparison;
 use super::drop::{Contact, Dropper};
 use super::earlier::Earlier;
 use super::layout::{Layout, PassArea};
-use super::passes::{self, Constant, Plan, Requirements, is_beyond};
+use super::left::{Left, Places};
+use super::passes::{self, Constant, Plan, Requirements, beyond_mm, is_beyond};
 use super::path::{self, Drawing, Step};
 use super::reach::{Bounds, Place, ToolOnSurface};
 use super::shape::Shape;
@@ -86,6 +87,8 @@ pub struct Program {
     pub text: String,
     /// Result of its simulation.
     pub check: Check,
+    /// What it leaves on the surface.
+    pub left: Left,
 }
 
 /// A program of constant step-over.
@@ -184,9 +187,8 @@ pub fn run(
     notes.extend(closed(surface, shape, ask.tolerance_mm)?);
     let turned = surface.clone().turned(-ask.layout.frame_rad());
     let dropper = Dropper::new(&turned, shape);
-    if let Some(note) = reachable(&turned, &dropper, ask.tolerance_mm)? {
-        notes.push(note);
-    }
+    let everywhere = Places::new(&turned, &dropper);
+    notes.extend(reachable(&everywhere, shape, ask.tolerance_mm)?);
     let bounds = Bounds {
         scallop_mm: ask.scallop_mm,
         least_mm: ask.step_over_mm[0].unwrap_or(0.02 * shape.radius_mm()),
@@ -241,19 +243,20 @@ pub fn run(
         ask.tolerance_mm
     );
     let piece = left.unwrap_or_else(|| check::stock(surface, ask.stock_mm));
-    let drawing = Drawing {
-        tolerance_mm: ask.tolerance_mm,
     let inch = job.machine.unsaid.inch.unwrap_or(job.inch);
     tolerable(ask.tolerance_mm, inch)?;
     let frame_rad = ask.layout.frame_rad();
     let round = |p: Vec3| rotated(rotated(p, frame_rad).map(|mm| text::rounded_mm(mm, inch)), -frame_rad);
-        arcs: arcs(dialect, &ask.layout),
+    let drawing = Drawing {
         round: &round,
+        tolerance_mm: ask.tolerance_mm,
+        arcs: arcs(dialect, &ask.layout),
         stock_mm: thickest_mm,
         safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z + ABOVE_MM),
     };
     let head = |notes: Vec<String>| Head { dialect, inch, tool: tool.number, rps, notes };
-    let frame_rad = ask.layout.frame_rad();
+    // Passes of one height leave out what is shallower.
+    let most_z = if let Layout::Contour { shallowest_rad } = ask.layout { shallowest_rad.cos() } else { 1.0 };
     let draw = |plan: Plan, feed_mm_s: f64, notes: Vec<String>| {
         let mut steps = path::steps(&plan, feed_mm_s, &dropper, &drawing);
         for step in &mut steps {
@@ -262,7 +265,8 @@ pub fn run(
         }
         let text = text::program(&head(notes), &steps);
         let path = check::passes_of(&text, dialect, job, &steps);
-        Drawn { plan: written::with_scallops(&on_surface, plan, &path, frame_rad), steps, text }
+        let left = everywhere.left(&path, frame_rad, &stock_mm, [ask.tolerance_mm, most_z, beyond_mm(ask.scallop_mm)]);
+        Drawn { plan: written::with_scallops(&on_surface, plan, &path, frame_rad), steps, text, left }
     };
     let top = required.feeds_mm_s.last().copied().unwrap_or(1.0);
     let (mut varying, mut rival): (Option<Drawn>, Option<(Constant, f64, Drawn)>) = (None, None);
@@ -375,6 +379,7 @@ struct Drawn {
     plan: Plan,
     steps: Vec<Step>,
     text: String,
+    left: Left,
 }
 
 /// Area that passes of one height leave out, without strips; an error if that is everything.
@@ -562,21 +567,28 @@ fn size(surface: &Surface, job: &Job) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// A note if the tool is too large for some concave places of the surface; an error if it is for all.
-fn reachable(surface: &Surface, dropper: &Dropper, tolerance_mm: f64) -> Result<Option<String>, Refusal> {
-    let (hollow, out) = super::concave::concave_facets(surface, dropper, tolerance_mm);
-    if hollow > 0 && out == hollow {
+/// Share of the machined area that the tool has to reach: with less it is the wrong one. Judgement.
+const REACHED: f64 = 0.5;
+
+/// A note on the area that the tool is too large for; an error if that is most of the surface.
+fn reachable(places: &Places, shape: Shape, tolerance_mm: f64) -> Result<Option<String>, Refusal> {
+    let out = places.out_of_reach(tolerance_mm);
+    let (percent, area_mm2, most_mm) = (100.0 * out.share, out.area_mm2, out.most_mm);
+    if out.share > 1.0 - REACHED {
         return Err(Refusal::new(
             format!(
-                "the tool of {:.3} mm radius is larger than every concave radius of the surface",
-                dropper.shape().corner_mm
+                "the tool of {:.3} mm radius is too large for {percent:.0} % of the surface: up to {most_mm:.3} mm of \
+                 stock would stay there",
+                shape.corner_mm
             ),
             "take a smaller tool",
         ));
     }
-    let share = 100.0 * out as f64 / hollow.max(1) as f64;
-    Ok((out > 0).then(|| {
-        format!("the tool is too large for {share:.1} % of the concave places of the surface: stock stays there")
+    Ok((out.share > 0.0).then(|| {
+        format!(
+            "the tool is too large for {area_mm2:.1} mm2 ({percent:.1} %) of the surface: up to {most_mm:.3} mm of stock \
+             stays there"
+        )
     }))
 }
 

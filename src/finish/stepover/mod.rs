@@ -12,7 +12,6 @@
 pub mod bound;
 pub mod check;
 pub mod comparison;
-pub mod concave;
 pub mod contour;
 pub mod drop;
 pub mod earlier;
@@ -20,6 +19,7 @@ pub mod fit;
 pub mod job;
 pub mod layout;
 pub mod least_time;
+pub mod left;
 pub mod levels;
 pub mod order;
 pub mod passes;

@@ -44,6 +44,13 @@ impl Shape {
         (q <= self.corner_mm + 1e-9).then(|| self.corner_mm - square.max(0.0).sqrt())
     }
 
+    /// Distance of a point from the tool, given relative to the tip, mm; negative inside.
+    pub fn distance_mm(&self, from_tip: Vec3) -> f64 {
+        let out = from_tip.x.hypot(from_tip.y);
+        let below = (from_tip.z - self.corner_mm).min(0.0);
+        (out - self.flat_mm).max(0.0).hypot(below) - self.corner_mm
+    }
+
     /// Unit normal into the tool at a point of its lower side, given relative to the tip.
     pub fn normal(&self, from_tip: Vec3) -> Vec3 {
         let out = from_tip.x.hypot(from_tip.y);

@@ -39,7 +39,7 @@ pub struct Surface {
     pub notes: Vec<String>,
 }
 
-/// A closed chain of edges that belong to one triangle only.
+/// A gap with facets about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hole {
     /// Diameter of the largest circle within, mm.
@@ -94,7 +94,7 @@ impl Surface {
 
     /// Machined area seen from above, mm².
     pub fn machined_mm2(&self) -> f64 {
-        self.machined().map(|across| 0.5 * across.z).sum()
+        self.machined().map(|(_, across)| 0.5 * across.z).sum()
     }
 
     /// Machined area, and the part of it whose slope is below an angle, mm².
@@ -103,13 +103,15 @@ impl Surface {
         let shallow = |across: &Vec3| across.z > below_rad.cos() * across.norm();
         // Folded from +0, as the sum of an empty iterator is −0.
         let sum = |areas: f64, across: Vec3| areas + area(across);
-        [self.machined().fold(0.0, sum), self.machined().filter(shallow).fold(0.0, sum)]
+        let machined = || self.machined().map(|(_, across)| across);
+        [machined().fold(0.0, sum), machined().filter(shallow).fold(0.0, sum)]
     }
 
-    /// For every machined facet a vector along its normal with twice its area, mm².
-    fn machined(&self) -> impl Iterator<Item = Vec3> {
-        let machined = self.triangles.iter().zip(&self.marks).filter(|(_, marks)| **marks & STEEP == 0);
-        machined.map(|([a, b, c], _)| (b - a).cross(&(c - a)))
+    /// Every machined facet with an area: its number, and a vector along its normal with twice its area, mm².
+    pub fn machined(&self) -> impl Iterator<Item = (u32, Vec3)> {
+        let machined = (0u32..).zip(&self.triangles).zip(&self.marks).filter(|(_, marks)| **marks & STEEP == 0);
+        let across = machined.map(|((k, [a, b, c]), _)| (k, (b - a).cross(&(c - a))));
+        across.filter(|(_, across)| across.norm_squared() > 0.0)
     }
 }
 

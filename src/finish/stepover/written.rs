@@ -47,7 +47,7 @@ pub fn with_scallops(on_surface: &ToolOnSurface, mut plan: Plan, curves: &[Curve
 }
 
 /// Curves in a grid of cells seen from above.
-struct Near<'a> {
+pub struct Near<'a> {
     curves: &'a [Curve],
     low: [f64; 2],
     cell_mm: f64,
@@ -57,7 +57,8 @@ struct Near<'a> {
 }
 
 impl<'a> Near<'a> {
-    fn new(curves: &'a [Curve]) -> Self {
+    /// Sorts motions into cells.
+    pub fn new(curves: &'a [Curve]) -> Self {
         let bounds: Vec<(Vec3, Vec3)> = curves.iter().map(Curve::bounds).collect();
         let low = bounds.iter().map(|(low, _)| *low).reduce(|a, b| a.inf(&b)).unwrap_or_default();
         let high = bounds.iter().map(|(_, high)| *high).reduce(|a, b| a.sup(&b)).unwrap_or_default();
@@ -80,13 +81,18 @@ impl<'a> Near<'a> {
         [0, 1].map(|axis| (((p[axis] - self.low[axis]) / self.cell_mm).max(0.0) as usize).min(self.count[axis] - 1))
     }
 
-    /// The point of the curves nearest to another, of those in its cell and the eight about it, and the tangent there.
-    fn nearest(&self, p: Vec3) -> Option<(Vec3, Vec3)> {
+    /// The curves in the cell of a point and the eight about it; one in several cells comes several times.
+    pub fn about(&self, p: Vec3) -> impl Iterator<Item = &'a Curve> {
         let [i, j] = self.cell(p);
         let about = |k: usize, count: usize| k.saturating_sub(1)..(k + 2).min(count);
-        let cells = about(j, self.count[1]).flat_map(|j| about(i, self.count[0]).map(move |i| j * self.count[0] + i));
-        let curves = cells.flat_map(|cell| &self.cells[cell]).map(|k| &self.curves[*k as usize]);
-        let places = curves.map(|curve| {
+        let cells =
+            about(j, self.count[1]).flat_map(move |j| about(i, self.count[0]).map(move |i| j * self.count[0] + i));
+        cells.flat_map(|cell| &self.cells[cell]).map(|k| &self.curves[*k as usize])
+    }
+
+    /// The point of the curves nearest to another, of those in its cell and the eight about it, and the tangent there.
+    fn nearest(&self, p: Vec3) -> Option<(Vec3, Vec3)> {
+        let places = self.about(p).map(|curve| {
             let s_mm = nearest_mm(curve, p);
             (curve, s_mm, (curve.point(s_mm) - p).norm())
         });
@@ -96,7 +102,7 @@ impl<'a> Near<'a> {
 }
 
 /// Arc length of the point of a line or a plane arc nearest to another, mm.
-fn nearest_mm(curve: &Curve, p: Vec3) -> f64 {
+pub fn nearest_mm(curve: &Curve, p: Vec3) -> f64 {
     let length = curve.length();
     match curve {
         Curve::Line { from, .. } => (p - from).dot(&curve.tangent(0.0)).clamp(0.0, length),
