@@ -12,6 +12,7 @@ use feedwright::finish::stepover::section::{Beside, Ground, Section};
 use feedwright::finish::stepover::shape::Shape;
 use feedwright::finish::stepover::surface::Surface;
 use feedwright::force::Cutter;
+use feedwright::nc::{self, Dialect, Environment, MoveKind};
 use feedwright::path::Vec3;
 use feedwright::setup;
 use feedwright::stock::Mesh;
@@ -403,7 +404,7 @@ fn bad_surfaces_are_refused_and_nothing_is_written() {
         ("not a number", not_a_number, &feed, "no number"),
         ("hole", surfaces::stl(&hole), &feed, "hole"),
         ("no area", surfaces::stl(&flat), &feed, "no triangles with an area"),
-        ("groove", surfaces::stl(&groove), &feed, "larger than every concave radius"),
+        ("groove", surfaces::stl(&groove), &feed, "is too large for"),
         ("force out of reach", surfaces::stl(&good), &low, "out of reach"),
         ("beside the stock", surfaces::stl(&beside), &feed, "beside the stock"),
     ];
@@ -476,6 +477,135 @@ fn facets_that_can_be_mended_give_the_program_of_the_good_mesh() {
         assert!(screen.contains(said), "{what}: {screen}");
         let text = std::fs::read_to_string(folder.path().join("part.nc")).unwrap();
         assert_eq!(&text, expected.get_or_insert_with(|| text.clone()), "{what}");
+    }
+}
+
+/// Tips every 0.02 mm along the feed motions of the program that was written, mm.
+fn tips(folder: &Path) -> Vec<Vec3> {
+    let text = std::fs::read_to_string(folder.join("part.setup.toml")).unwrap();
+    let (job, _) = setup::load(&text, folder).unwrap();
+    let program = nc::parse(std::fs::read(folder.join("part.nc")).unwrap(), Some(Dialect::LinuxCnc));
+    let toolpath = nc::interpret(&program, &Environment::from_job(&job));
+    let feeds = toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed);
+    let along = |motion: &nc::Move| {
+        let (curve, length) = (motion.curve(), motion.curve().length());
+        let count = (length / 0.02).ceil().max(1.0);
+        (0..=count as usize).map(|k| curve.point(length * k as f64 / count)).collect::<Vec<_>>()
+    };
+    feeds.flat_map(along).collect()
+}
+
+/// Plans over a mesh with a box of stock about it, and gives the folder.
+fn planned(mesh: &[[[f64; 3]; 3]], more: &[&str]) -> (tempfile::TempDir, std::process::Output) {
+    let folder = tempfile::tempdir().unwrap();
+    let start = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    let (low, high) = mesh.iter().flatten().fold(start, |(low, high), p| {
+        ([0, 1, 2].map(|k| f64::min(low[k], p[k])), [0, 1, 2].map(|k| f64::max(high[k], p[k])))
+    });
+    let stock = format!("box = {{ min = {low:?}, max = [{}, {}, {}] }}", high[0], high[1], high[2] + 1.0);
+    let json = folder.path().join("r.json");
+    let more: Vec<&str> = more.iter().copied().chain(["--json", json.to_str().unwrap()]).collect();
+    let out = stepover(folder.path(), &surfaces::stl(mesh), &stock, &more);
+    (folder, out)
+}
+
+fn report(folder: &tempfile::TempDir) -> serde_json::Value {
+    serde_json::from_slice(&std::fs::read(folder.path().join("r.json")).unwrap()).unwrap()
+}
+
+/// Passes end where the surface does and not at the column before, and ground between two columns is cut too: every point of a cylinder up to
+/// 84 degrees, of a strip narrower than a column and of a patch smaller than one is left with no more than the scallop limit.
+#[test]
+fn passes_reach_the_ends_of_the_surface() {
+    type Sheet<'a> = &'a dyn Fn(f64, f64) -> [f64; 3];
+    let cylinder = |u: f64, v: f64| {
+        let slope = (88.0 * u).to_radians();
+        [8.0 * slope.sin(), 1.5 * v, 8.0 * slope.cos()]
+    };
+    let strip = |u: f64, v: f64| [7.29 + 0.42 * u, 2.0 * v, 0.1 * v];
+    let patch = |u: f64, v: f64| [0.4 * u, 0.4 * v, 0.04 * u];
+    let cases: [(&str, Sheet, [usize; 2], f64); 3] = [
+        ("cylinder", &cylinder, [176, 2], 84.0 / 88.0),
+        ("strip", &strip, [2, 4], 1.0),
+        ("patch", &patch, [2, 2], 1.0),
+    ];
+    for (what, at, cells, up_to) in cases {
+        let (folder, out) = planned(&surfaces::sheet(cells, at), &["--feed", "960", "--reference-force", "60"]);
+        assert!(out.status.success(), "{what}: {}", String::from_utf8_lossy(&out.stderr));
+        let tips = tips(folder.path());
+        let left = |k: usize| {
+            let p = Vec3::from(at(up_to * (k % 40) as f64 / 39.0, (k / 40) as f64 / 9.0));
+            tips.iter().map(|tip| (tip + 3.0 * Vec3::z() - p).norm() - 3.0).fold(f64::INFINITY, f64::min)
+        };
+        let most = (0..400).map(left).fold(0.0, f64::max);
+        println!("{what}: {most:.4} mm left");
+        assert!(most < 0.0105, "{what}: {most} mm left");
+        let said = &report(&folder)["varying"]["left"];
+        assert!(said["beyond_mm2"] == 0.0 && said["height_max_mm"].as_f64().unwrap() < 0.0105, "{what}: {said}");
+    }
+}
+
+/// From a floor to a wall of 5 mm: no motion, leads and links included, comes closer to the wall's edge than the radius.
+#[test]
+fn leads_keep_off_a_wall() {
+    let profile = [[0.0, 0.0], [8.0, 0.0], [8.0, 5.0], [14.0, 5.0]];
+    let step = surfaces::sheet([3, 2], |u, v| {
+        let [x, z] = profile[(3.0 * u).round() as usize];
+        [x, 2.0 * v, z]
+    });
+    let (folder, out) = planned(&step, &["--feed", "960", "--stock", "1.0", "--reference-force", "300"]);
+    assert!(folder.path().join("part.nc").exists(), "{}", String::from_utf8_lossy(&out.stderr));
+    let into = |tip: &Vec3| {
+        let (x, z) = (tip.x - 8.0, tip.z + 3.0 - 5.0);
+        let from_wall = if z <= 0.0 { -x } else { x.hypot(z) };
+        if x < 0.0 { 3.0 - from_wall } else { -tip.z + 5.0 }
+    };
+    let deepest = tips(folder.path()).iter().map(into).fold(f64::NEG_INFINITY, f64::max);
+    println!("deepest {deepest:.5} mm");
+    assert!(deepest < 0.004, "{deepest}");
+}
+
+/// A pass uphill meets another force than one downhill. The bound counts the better of both, so that no program is faster than it.
+#[test]
+fn a_program_is_not_faster_than_its_bound() {
+    let slope = surfaces::sheet([4, 3], |u, v| [12.0 * u, 4.0 * v, 6.0 * u]);
+    let (folder, out) = planned(&slope, &["--feed", "960", "--reference-force", "6"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let varying = &report(&folder)["varying"];
+    let least = &varying["predicted"]["least"];
+    let [alike, any] = ["laid_alike_s", "any_passes_s"].map(|key| least[key].as_f64().unwrap());
+    assert!(varying["cutting_s"].as_f64().unwrap() > alike && alike >= any, "{varying}");
+}
+
+/// A crease of 10 degrees in large facets is no reason to refuse, however few facets it has: what stays in it is said.
+#[test]
+fn a_crease_is_noted_and_not_refused() {
+    let crease = surfaces::sheet([2, 2], |u, v| [12.0 * u, 4.0 * v, (12.0 * u - 6.0).abs() * 5f64.to_radians().tan()]);
+    let (_folder, out) = planned(&crease, &["--feed", "960", "--reference-force", "60"]);
+    let screen = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(out.status.success() && screen.contains("the tool is too large for"), "{screen}");
+}
+
+/// Coordinates are rounded: a tolerance finer than that is refused. One for parallel passes may lie below the least slope of the others.
+#[test]
+fn a_tolerance_finer_than_the_coordinates_is_refused() {
+    let slope = surfaces::sheet([2, 2], |u, v| [4.0 * u, 4.0 * v, u]);
+    let (_folder, out) = planned(&slope, &["--feed", "960", "--tolerance", "0.0008"]);
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(out.status.code() == Some(2) && error.contains("--tolerance 0.0008 mm cannot be held"), "{error}");
+    let (_folder, out) = planned(&slope, &["--feed", "960", "--tolerance", "0.0009", "--steepest", "20"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+}
+
+/// Feeds of a planned program are its own: the file has no mark of changed feeds, so that `optimize` may raise them.
+#[test]
+fn a_planned_program_is_not_marked_as_one_with_changed_feeds() {
+    let slope = surfaces::sheet([2, 2], |u, v| [6.0 * u, 3.0 * v, 3.0 * u]);
+    for dialect in ["linuxcnc", "heidenhain"] {
+        let (folder, out) = planned(&slope, &["--feed", "960", "--reference-force", "4", "--dialect", dialect]);
+        let text = std::fs::read_to_string(folder.path().join("part.nc")).unwrap();
+        let feeds = text.matches(" F").count();
+        assert!(feeds > 2 && !text.contains("FW"), "{dialect}: {}\n{text}", String::from_utf8_lossy(&out.stderr));
     }
 }
 
