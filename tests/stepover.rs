@@ -221,10 +221,10 @@ fn every_dialect_and_unit_is_read_back_as_the_same_passes() {
         assert!(read.status.success() && said.is_empty(), "{dialect} {unit}: {said}");
         let source = std::fs::read(&program).unwrap();
         let (job, _) = setup::load(&std::fs::read_to_string(&path).unwrap(), folder.path()).unwrap();
-        let parsed = feedwright::nc::parse(source, feedwright::nc::Dialect::from_name(dialect));
-        let environment = feedwright::nc::Environment::from_job(&job);
-        let read = feedwright::nc::interpret(&parsed, &environment);
-        let feeds = read.moves.iter().filter(|m| m.kind == feedwright::nc::MoveKind::Feed);
+        let parsed = nc::parse(source, Dialect::from_name(dialect));
+        let environment = Environment::from_job(&job);
+        let read = nc::interpret(&parsed, &environment);
+        let feeds = read.moves.iter().filter(|m| m.kind == MoveKind::Feed);
         let length: f64 = feeds.map(|m| m.curve().length()).sum();
         println!("{dialect} {unit}: {length:.3} mm of feed motions in {} motions", read.moves.len());
         let expected = *first.get_or_insert(length);

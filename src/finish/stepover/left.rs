@@ -37,7 +37,7 @@ struct Place {
 /// Places on the machined surface.
 #[derive(Debug)]
 pub struct Places {
-    places: Vec<Place>,
+    each: Vec<Place>,
     /// Area that each stands for, mm².
     area_mm2: f64,
     shape: Shape,
@@ -87,14 +87,14 @@ impl Places {
             }
         }
         let place = |contact: &Contact| Place { contact: *contact, at_best_mm: at_best_mm(dropper, contact) };
-        Self { places: spots.par_iter().map(place).collect(), area_mm2, shape }
+        Self { each: spots.par_iter().map(place).collect(), area_mm2, shape }
     }
 
     /// The part of the surface on which the tool leaves more than `tolerance_mm` at best.
     pub fn out_of_reach(&self, tolerance_mm: f64) -> OutOfReach {
-        let out = || self.places.iter().map(|place| place.at_best_mm).filter(|mm| *mm > tolerance_mm);
+        let out = || self.each.iter().map(|place| place.at_best_mm).filter(|mm| *mm > tolerance_mm);
         OutOfReach {
-            share: out().count() as f64 / self.places.len().max(1) as f64,
+            share: out().count() as f64 / self.each.len().max(1) as f64,
             area_mm2: out().count() as f64 * self.area_mm2,
             most_mm: out().fold(0.0, f64::max),
         }
@@ -119,7 +119,7 @@ impl Places {
             (left, left > limit_mm + place.at_best_mm, stock > limit_mm && left >= UNCUT * stock, turned(point))
         };
         let reached =
-            self.places.par_iter().filter(|place| place.at_best_mm <= tolerance_mm && place.contact.normal.z <= most_z);
+            self.each.par_iter().filter(|place| place.at_best_mm <= tolerance_mm && place.contact.normal.z <= most_z);
         let heights: Vec<(f64, bool, bool, Vec3)> = reached.map(|place| height(&place)).collect();
         let area = |count: usize| count as f64 * self.area_mm2;
         let most = heights.iter().reduce(|a, b| if b.0 > a.0 { b } else { a });
