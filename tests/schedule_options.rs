@@ -351,6 +351,11 @@ fn feed_marks_on_final_surfaces_are_those_of_the_closed_form() {
     assert!(at("mark_mean_mm", 1) <= at("mark_max_mm", 1) && at("commanded_s", 0) > 0.0);
     let highest = 0.0375f64 * 2.0;
     assert!(at("mark_max_mm", 1) <= highest.powi(2) / 24.0 * (1.0 + 1e-9), "{surface}");
+    // A plunge leaves none on the wall that it cuts, however fast.
+    let plunge = "G21 G90 G17\nT1 M6\nS8000 M3\nG0 X10 Y10 Z2\nG1 Z-2 F3000\nG1 X30 F900\nG0 Z5\nM2\n";
+    fs::write(dir.path().join("part.nc"), plunge).unwrap();
+    let plunged = &report(dir.path(), &[])["final_surface"];
+    assert!((plunged["mark_max_mm"][0].as_f64().unwrap() / mark - 1.0).abs() < 1e-9, "{plunged}");
 }
 
 #[test]

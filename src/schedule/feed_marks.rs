@@ -1,7 +1,8 @@
 //! Feed marks on final surfaces. In: toolpath, engagement, job, feeds. Out: [`FinalSurface`]: length of path that leaves final surface,
 //! time spent on it, height of the feed marks.
 //!
-//! A cutter of radius R that advances f_t per tooth leaves cusps of height f_t² / 8R along the wall (Martellotti).
+//! A cutter of radius R that advances f_t per tooth across its axis leaves cusps of height f_t² / 8R along the wall (Martellotti). Of a plunge
+//! or a ramp only the part across counts.
 
 use super::cutters::Cutters;
 use super::problem::FeedPiece;
@@ -45,7 +46,8 @@ pub fn final_surface(toolpath: &Toolpath, map: &EngagementMap, job: &Job, feeds:
             if length_mm <= 0.0 || piece.feed_mm_s <= 0.0 {
                 continue;
             }
-            let per_tooth = piece.feed_mm_s / (motion.spin.rps * f64::from(tool.flutes));
+            let across = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).xy().norm();
+            let per_tooth = across * piece.feed_mm_s / (motion.spin.rps * f64::from(tool.flutes));
             let mark = feed_mark_mm(per_tooth, tool.radius_mm());
             out.length_mm += length_mm;
             out.commanded_s += length_mm / piece.feed_mm_s;
