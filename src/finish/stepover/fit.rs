@@ -93,7 +93,11 @@ fn is_arc(points: &[Vec3], tolerance_mm: f64, round: Round) -> bool {
     points.iter().all(|p| {
         let turned = circle.turned(p, slack);
         let radius_mm = circle.radius_mm + wider_mm * (turned / circle.sweep_rad).min(1.0);
-        let on = (from_centre(p) - radius_mm).hypot(p[flat] - end[flat]) <= tolerance_mm && turned >= before - 1e-9;
+        // Between two points the path is next to their chord, and so must the arc be.
+        let bulges_mm = radius_mm * (1.0 - (0.5 * (turned - before)).cos());
+        let on = (from_centre(p) - radius_mm).hypot(p[flat] - end[flat]) <= tolerance_mm
+            && turned >= before - 1e-9
+            && bulges_mm <= tolerance_mm;
         before = turned;
         on && turned <= circle.sweep_rad + slack
     })
@@ -248,6 +252,14 @@ mod tests {
             })
             .collect();
         assert!((3..=4).contains(&fit(&round, 1e-3, true, &|p| p).len()));
+    }
+
+    /// Points crowded at both ends of a corner lie on a wide arc too, which bulges away from the path between them.
+    #[test]
+    fn an_arc_does_not_bulge_between_far_points() {
+        let point = |angle: f64| Vec3::new(0.04 * angle.cos(), 0.0, 0.04 * angle.sin());
+        let points: Vec<Vec3> = [0.0, 0.01, 0.02, 1.5, 1.51, 1.52].map(point).into();
+        assert!(fit(&points, 3e-3, true, &|p| p).iter().all(|part| part.via.is_none()));
     }
 
     /// Written to 0.01 mm, lines and arcs are within the tolerance of every point as they are written.
