@@ -10,7 +10,7 @@ use super::state::FeedWord;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
 use crate::nc::doubt::{Displaced, Doubt, Doubted};
-use crate::nc::toolpath::{FeedUse, MoveKind};
+use crate::nc::toolpath::{FeedMode, FeedUse, MoveKind};
 
 impl<F: Family> Interpreter<'_, F> {
     /// From the next move on part or frame are not known.
@@ -47,6 +47,10 @@ impl<F: Family> Interpreter<'_, F> {
     /// Something that is not simulated may use the feed in force: another program, a code that is not known, a variable that reads it.
     pub(crate) fn uses_feed(&mut self) {
         let Some((first, _)) = self.linked_at() else { return };
+        if self.modal.feed_mode == FeedMode::InverseTime {
+            // Each block has its own.
+            return;
+        }
         let FeedWord { value, word, .. } = self.modal.feed;
         let block = BlockId(first + self.block.id.0);
         self.out.feed_uses.push(FeedUse { block, value, mode: self.modal.feed_mode, word });
