@@ -181,7 +181,7 @@ pub fn learn_with_data(
         let of_the_edge = |name: &str| {
             named(name).is_some_and(|effect| effect.is_accident || effect.covariates.contains(&Covariate::Sliding))
         };
-        let alone = report.names().into_iter().all(of_the_edge) && report.nameless().next().is_none();
+        let alone = report.names().into_iter().all(of_the_edge);
         report.wear = over_time::in_words(&report.windows).filter(|_| alone);
     }
     Ok(Learned { report, data })

@@ -180,7 +180,9 @@ impl<'a> Writer<'a> {
         self.modes = self.modes.after(Switched::by_codes(view.g_codes()));
         // After a change of unit the same F number would mean another feed.
         let unit_changes = self.modes.inch != inch_before;
-        let mode = view.g_codes().filter(|code| matches!(code, 930 | 940 | 950)).last();
+        // What cannot be read puts nothing in force.
+        let read = !self.is_unread(id);
+        let mode = view.g_codes().filter(|code| read && matches!(code, 930 | 940 | 950)).last();
         if mode.is_some_and(|mode| std::mem::replace(&mut self.feed_mode, mode) != mode) {
             // Another unit of feed: none is in force.
             (self.original, self.now) = (None, FeedInForce::Original);
