@@ -1,7 +1,6 @@
 //! The whole of `learn`. In: a program, a job, a measured log. Out: [`LearnReport`], from which the process model
 //! follows.
 
-use crate::effects::{Covariate, named};
 use crate::engage::{EngageError, Loader};
 use crate::learn::align::frame::in_work_frame;
 use crate::learn::align::line::{acceleration_shown, by_line};
@@ -177,12 +176,7 @@ pub fn learn_with_data(
     }
     if let Some(windows) = windows {
         report.windows = windows;
-        // The windows are those of the plain model: what another effect does to the load is not the edge's.
-        let of_the_edge = |name: &str| {
-            named(name).is_some_and(|effect| effect.is_accident || effect.covariates.contains(&Covariate::Sliding))
-        };
-        let alone = report.names().into_iter().all(of_the_edge);
-        report.wear = over_time::in_words(&report.windows).filter(|_| alone);
+        report.wear = over_time::in_words(&report.windows);
     }
     Ok(Learned { report, data })
 }

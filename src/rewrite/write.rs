@@ -10,7 +10,7 @@ use std::cell::OnceCell;
 
 use crate::ids::BlockId;
 use crate::machine::{Annotate, Job};
-use crate::nc::{Dialect, FeedMode, Part, Program, Toolpath};
+use crate::nc::{Dialect, FeedMode, Part, Program, Syntax, Toolpath};
 
 use super::Stats;
 use super::decimal::NumberStyle;
@@ -210,13 +210,19 @@ impl<'a> Writer<'a> {
         };
         self.emit(id, &view, change);
         self.last_number = numbered.or(self.last_number);
-        if view.ends() || id.0 > self.part.blocks.start && self.program.line_text(id).starts_with(b"%") {
+        if view.ends() || id.0 > self.part.blocks.start && self.ends_text(id) {
             // The next block is reached from elsewhere, where no feed of ours is in force.
             self.now = FeedInForce::Original;
         } else if view.flow && !self.may_insert() && !self.program.files().is_empty() {
             // Plain language has no line of its own for a feed: behind the call of a file either may be in force.
             self.now = FeedInForce::Either;
         }
+    }
+
+    /// A `%` ends the text; of a Siemens only one that names the next program does.
+    fn ends_text(&self, id: BlockId) -> bool {
+        let mark: &[u8] = if self.dialect.syntax() == Syntax::Siemens { b"%_" } else { b"%" };
+        self.program.line_text(id).starts_with(mark)
     }
 
     fn jumps(&self) -> bool {
