@@ -15,14 +15,10 @@ use crate::nc::toolpath::{FeedMode, FeedUse, MoveKind};
 impl<F: Family> Interpreter<'_, F> {
     /// From the next move on part or frame are not known.
     pub(crate) fn doubt(&mut self, doubt: Doubt, place: Span) {
+        self.displace(doubt);
         if doubt.may_use_the_feed() {
             self.uses_feed();
         }
-        self.raise(doubt, place);
-    }
-
-    fn raise(&mut self, doubt: Doubt, place: Span) {
-        self.displace(doubt);
         let raised = &mut self.messages.raised[doubt as usize];
         raised.count += 1;
         if raised.open.is_none() {
@@ -62,7 +58,7 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// Raises the doubt of a block that cannot be read: neither its effect nor the feed after it is known.
     pub(crate) fn doubt_of_unread(&mut self, place: Span) {
-        self.raise(Doubt::UnknownCode, place);
+        self.doubt(Doubt::UnknownCode, place);
         let stretch =
             self.messages.raised[Doubt::UnknownCode as usize].open.and_then(|open| self.out.doubts.get_mut(open));
         if let (Some((first, _)), Some(stretch)) = (self.flow.linked_at(self.program), stretch) {
