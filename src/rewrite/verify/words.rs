@@ -242,7 +242,9 @@ fn new_feed(
     manner: &FWordStyle,
 ) -> Option<&'static str> {
     let (was, now) = (feeds(original, own), feeds(rewritten, block));
-    if was == now {
+    // In plain language, where no line can be added, a feed is stated in the block itself.
+    let in_block = original.dialect().properties().counts_blocks;
+    if was == now || in_block && was.is_empty() && is_stated(&now, stated) {
         None
     } else if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
         Some("the F of a line that does not move at a feed is another")
