@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::diag::Span;
 use crate::ids::{BlockId, MoveId};
 use crate::machine::Job;
-use crate::nc::{FeedMode, FeedUse, Freeze, Move, MoveKind, Part, Program, Toolpath};
+use crate::nc::{FeedMode, Freeze, Move, MoveKind, Part, Program, Toolpath};
 
 use super::fword::FeedUnit;
 use super::plain;
@@ -44,9 +44,7 @@ fn hold_used_feeds(program: &Program, toolpath: &mut Toolpath) {
     let uses = std::mem::take(&mut toolpath.feed_uses);
     let blocks: HashSet<BlockId> = uses.iter().map(|used| used.block).collect();
     let inserts = !program.dialect().properties().counts_blocks;
-    // Nor is one inserted before a block that sets its feed by an expression.
-    let stays = |used: &&FeedUse| !inserts || View::of(program, used.block).computed_feed;
-    let words: HashSet<_> = uses.iter().filter(stays).filter_map(|used| used.word).collect();
+    let words: HashSet<_> = uses.iter().filter(|_| !inserts).filter_map(|used| used.word).collect();
     for motion in &mut toolpath.moves {
         let held = blocks.contains(&motion.block) || motion.feed.word.is_some_and(|word| words.contains(&word));
         if held && motion.kind == MoveKind::Feed {

@@ -240,8 +240,8 @@ impl<'a> Writer<'a> {
         let mut change = Change { leave_note: true, ..Change::default() };
         let without = plan.first.is_some() && plan.word.is_none();
         let aside = self.is_unread(id);
-        let restates_itself =
-            without || (view.has(b'F') || view.computed_feed) && !view.delete && !aside && !self.uses_feed(id);
+        let own = without || (view.has(b'F') || view.computed_feed) && !view.delete && !aside;
+        let restates_itself = own && !self.uses_feed(id);
         if !restates_itself && self.now != FeedInForce::Original && !self.may_insert() {
             self.say_original(view, plan, &mut change);
         } else if !restates_itself && self.now != FeedInForce::Original {

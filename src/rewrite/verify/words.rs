@@ -38,8 +38,10 @@ pub struct Done {
     reached: Vec<bool>,
     /// Moves in it.
     moves: Vec<bool>,
-    /// Moves at a feed in it.
+    /// Moves at a feed in it that may be another.
     feeds: Vec<bool>,
+    /// Moves at a feed in it, whatever that belongs to.
+    fed: Vec<bool>,
     /// The letters of a centre that its arcs have, by their plane.
     centres: Vec<Option<[u8; 2]>>,
     /// Feeds that are not per minute, anywhere.
@@ -56,6 +58,7 @@ impl Done {
             reached: none(),
             moves: none(),
             feeds: none(),
+            fed: none(),
             centres: vec![None; lines],
             other_units: false,
             inch: false,
@@ -69,6 +72,9 @@ impl Done {
         for motion in &toolpath.moves {
             if let Some(moves) = self.moves.get_mut(motion.block.ix()) {
                 *moves = true;
+            }
+            if let Some(fed) = self.fed.get_mut(motion.block.ix()) {
+                *fed |= motion.kind == MoveKind::Feed;
             }
             if let (Curve::Arc(arc), Some(centre)) = (motion.curve(), self.centres.get_mut(motion.block.ix())) {
                 let (first, second, _) = arc.plane.axes();
@@ -105,6 +111,9 @@ impl Done {
     }
     fn reaches(&self, line: usize) -> bool {
         self.reached.get(line) == Some(&true)
+    }
+    fn fed(&self, line: usize) -> bool {
+        self.fed.get(line) == Some(&true)
     }
     fn feeds(&self, line: usize) -> bool {
         self.feeds.get(line) == Some(&true)
@@ -242,8 +251,9 @@ fn new_feed(
     manner: &FWordStyle,
 ) -> Option<&'static str> {
     let (was, now) = (feeds(original, own), feeds(rewritten, block));
-    // In plain language, where no line can be added, a feed is stated in the block itself.
-    let in_block = original.dialect().properties().counts_blocks;
+    // In plain language, where no line can be added, a feed is stated in a motion that keeps its own.
+    let counted = original.dialect().properties().counts_blocks;
+    let in_block = counted && done[0].fed(own.ix()) && done[1].fed(block.ix());
     if was == now || in_block && was.is_empty() && is_stated(&now, stated) {
         None
     } else if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
