@@ -44,8 +44,8 @@ impl Feed {
 enum FeedInForce {
     /// The one the original has here.
     Original,
-    /// One of ours.
-    Ours(Feed),
+    /// One of ours, with the F it stands for.
+    Ours(Feed, Option<String>),
     /// Either, because a jump may arrive here.
     Either,
 }
@@ -482,7 +482,7 @@ impl<'a> Writer<'a> {
         if self.original.as_ref().is_some_and(|original| original.text == feed.text) {
             FeedInForce::Original
         } else {
-            FeedInForce::Ours(feed.clone())
+            FeedInForce::Ours(feed.clone(), self.reference.clone())
         }
     }
 
@@ -492,7 +492,8 @@ impl<'a> Writer<'a> {
             FeedInForce::Original => {
                 self.original.as_ref().is_some_and(|original| original.same(feed)) && plan.word.is_some()
             }
-            FeedInForce::Ours(ours) => ours.same(feed) && !self.tool_changed,
+            // A feed that stands for another one of the original is said again: a later run reads from each F word what it stands for.
+            FeedInForce::Ours(ours, was) => ours.same(feed) && *was == self.reference && !self.tool_changed,
             FeedInForce::Either => false,
         };
         let says = !said || plan.repeated && self.now != FeedInForce::Original || feed.mode == FeedMode::InverseTime;
