@@ -5,6 +5,7 @@
 use feedwright::force::Loads;
 use feedwright::machine::limits::Role;
 use feedwright::machine::{Job, LimitKind, Mode, Segment, StockShape};
+use feedwright::nc;
 use feedwright::setup::{self, SetupError};
 use std::path::Path;
 
@@ -186,6 +187,8 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("[material]", "[limits]\nfeed = { min = 500, max = 100 }\n[material]", "minimum"),
     ("[material]", "[machine]\ncorner_tolerance = 0\n[material]", "0.005"),
     ("[material]", "[machine]\ndialect = \"fanuk\"\n[material]", "fanuc"),
+    ("[material]", "[machine]\nmax_repeated_mb = 0\n[material]", "between 1 and 4096"),
+    ("[material]", "[machine]\nmax_call_depth = 1001\n[material]", "between 1 and 1000"),
     ("[material]", "[machine.axes]\nx = { acceleration = 0 }\n[material]", "acceleration"),
     ("[material]", "[machine.spindle]\npower = [[1500, 100], [0, 0]]\n[material]", "rise"),
     ("[material]", "[offsets]\nG95 = [0, 0, 0]\n[material]", "G54"),
@@ -207,6 +210,29 @@ fn nonsense_is_refused_with_its_place_and_a_remedy() {
         assert!(said.contains(must_say), "{new:?}: {said}");
         let placed = error.diagnostics().iter().any(|d| d.line.is_some());
         assert!(placed, "{new:?} has no place: {said}");
+    }
+}
+
+/// A loop of 40,000 passes over 42 bytes of text with 4 blocks of 32 each is 6.8 MB; nine subprograms that call the next are nine deep.
+#[test]
+fn how_much_may_be_repeated_is_a_setting() {
+    let looped = "G21 G90\n#1 = 40000\nWHILE [#1 GT 0] DO1\n#1 = #1 - 1\nG1 X#1 F100\nEND1\nM30\n";
+    let subs: String = (1..9).map(|k| format!("O{k}\nM98 P{}\nM99\n", k + 1)).collect();
+    let nested = format!("G21 G90\nM98 P1\nM30\n{subs}O9\nG1 X1 F100\nM99\n");
+    for (program, setting, few, enough) in
+        [(looped, "max_repeated_mb", 6, 8), (nested.as_str(), "max_call_depth", 8, 9)]
+    {
+        let ends = |value: u32| {
+            let setup = SMALL.replacen("[material]", &format!("[machine]\n{setting} = {value}\n[material]"), 1);
+            let job = load(&setup).unwrap();
+            let program = nc::parse(program.into(), Some(nc::Dialect::Fanuc));
+            let path = nc::interpret(&program, &nc::Environment::from_job(&job));
+            path.diagnostics.iter().all(|said| {
+                assert!(said.code != "nc::runaway" || said.help.contains(setting), "{}", said.help);
+                said.code != "nc::runaway"
+            })
+        };
+        assert!(ends(enough) && !ends(few), "{setting}");
     }
 }
 

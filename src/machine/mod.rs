@@ -20,6 +20,12 @@ pub use wear::{ToolWear, Wear, WearLaw, WearRate, fresh_index};
 /// number is a typing error or a wrong unit. Our judgement.
 pub const MOST_MM: f64 = 1e5;
 
+/// Text that loops and calls may execute beyond one pass, unless the setup says otherwise, bytes. 64 MB are 1.2 million blocks of 24 bytes, 1.5 s
+/// of reading; `optimize` and the proof read a program five times, and an endless one is to be refused within 20 s on a busy machine.
+pub const MAX_REPEATED_BYTES: u64 = 64 << 20;
+/// Nesting of calls unless the setup says otherwise; controls allow 4 to 16.
+pub const MAX_CALL_DEPTH: usize = 50;
+
 use crate::path::Vec3;
 
 /// What G41/G42 means on this machine.
@@ -99,6 +105,10 @@ pub struct Machine {
     pub tool_names: Vec<(String, u32)>,
     /// Longest line the control reads, bytes.
     pub max_line_length: Option<usize>,
+    /// How much loops and calls may execute beyond one pass through the text before a program counts as endless, bytes of text.
+    pub max_repeated_bytes: u64,
+    /// Deepest nesting of calls.
+    pub max_call_depth: usize,
     /// X, Y, Z.
     pub axes: [Axis; 3],
     /// Spindle.

@@ -1,7 +1,7 @@
 //! What an interpreter must know besides the program. In: a job. Out: [`Environment`]: offsets, tools, reference point, switches, subprogram
 //! files, and how much may be executed.
 
-use crate::machine::{Compensation, Job, StockShape};
+use crate::machine::{Compensation, Job, MAX_CALL_DEPTH, MAX_REPEATED_BYTES, StockShape};
 use crate::path::Vec3;
 
 /// Reads the text of a subprogram by its name; `None`: there is none.
@@ -39,8 +39,7 @@ pub struct Environment<'a> {
     /// Subprograms in other files.
     pub load: Loader<'a>,
     /// How much loops and calls may execute beyond one pass through the text before the program counts as endless: bytes of text, plus 32
-    /// for each block. 64 MB are 1.2 million blocks of 24 bytes, 1.5 s of reading; `optimize` and the proof read a program five times, and an
-    /// endless one is to be refused within 20 s on a busy machine.
+    /// for each block.
     pub max_repeated_bytes: u64,
     /// Deepest nesting of calls.
     pub max_depth: usize,
@@ -68,8 +67,8 @@ impl Default for Environment<'_> {
             switches_on: 0,
             inch: false,
             load: &no_files,
-            max_repeated_bytes: 1 << 26,
-            max_depth: 50,
+            max_repeated_bytes: MAX_REPEATED_BYTES,
+            max_depth: MAX_CALL_DEPTH,
         }
     }
 }
@@ -91,6 +90,8 @@ impl Environment<'_> {
             speeds_rps: job.machine.unsaid.speeds_rps.clone(),
             inch: job.machine.unsaid.inch.unwrap_or(false),
             compensation: job.machine.compensation,
+            max_repeated_bytes: job.machine.max_repeated_bytes,
+            max_depth: job.machine.max_call_depth,
             ..Environment::default()
         }
     }

@@ -84,6 +84,10 @@ pub struct MachineTable {
     pub tool_names: Option<BTreeMap<String, u32>>,
     /// Longest line the control reads, bytes.
     pub max_line_length: Option<u32>,
+    /// How much text loops and calls may execute beyond one pass before a program counts as endless, MB; 64 if not given.
+    pub max_repeated_mb: Option<u32>,
+    /// Deepest nesting of calls; 50 if not given.
+    pub max_call_depth: Option<u32>,
     /// The linear axes.
     pub axes: Option<AxesTable>,
     /// The spindle.

@@ -5,7 +5,7 @@ use super::file::{AxesTable, AxisTable, MachineTable, SpindleTable};
 use super::forms::Curve;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
-use crate::machine::{Axis, Compensation, Machine, Spindle, Table, Unsaid};
+use crate::machine::{Axis, Compensation, MAX_CALL_DEPTH, MAX_REPEATED_BYTES, Machine, Spindle, Table, Unsaid};
 use crate::nc::Dialect;
 use crate::path::Vec3;
 use crate::units::{Dimension, mm_min_from_mm_s};
@@ -52,6 +52,8 @@ pub fn machine(
         wear_mm: table.wear_offsets.as_ref().map_or_else(Vec::new, |written| wear_offsets(reader, written)),
         tool_names: table.tool_names.iter().flatten().map(|(name, number)| (name.clone(), *number)).collect(),
         max_line_length: table.max_line_length.map(|length| line_length(reader, length)),
+        max_repeated_bytes: table.max_repeated_mb.map_or(MAX_REPEATED_BYTES, |mb| repeated_bytes(reader, mb)),
+        max_call_depth: table.max_call_depth.map_or(MAX_CALL_DEPTH, |depth| call_depth(reader, depth)),
         axes: all_axes(reader, &axes, mm_min_from_mm_s(rapid_mm_s)),
         spindle: spindle(reader, &table.spindle.clone().unwrap_or_default()),
         offsets: offsets.map_or_else(Vec::new, |written| origins(reader, written)),
@@ -100,6 +102,23 @@ fn line_length(reader: &mut Reader, length: u32) -> usize {
         );
     }
     length as usize
+}
+
+/// MB of text as bytes.
+fn repeated_bytes(reader: &mut Reader, mb: u32) -> u64 {
+    if !(1..=4096).contains(&mb) {
+        let text = format!("{mb} MB is not between 1 and 4096");
+        reader.complain("machine.max_repeated_mb", text, "64 MB are 1.2 million blocks of 24 bytes");
+    }
+    u64::from(mb) << 20
+}
+
+fn call_depth(reader: &mut Reader, depth: u32) -> usize {
+    if !(1..=1000).contains(&depth) {
+        let text = format!("{depth} levels are not between 1 and 1000");
+        reader.complain("machine.max_call_depth", text, "controls nest calls 4 to 16 deep");
+    }
+    depth as usize
 }
 
 fn all_axes(reader: &mut Reader, axes: &AxesTable, rapid_mm_min: f64) -> [Axis; 3] {

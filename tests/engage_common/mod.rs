@@ -88,6 +88,8 @@ pub fn job(tools: Vec<Tool>, stocks: Vec<Stock>) -> Job {
             wear_mm: Vec::new(),
             tool_names: Vec::new(),
             max_line_length: None,
+            max_repeated_bytes: feedwright::machine::MAX_REPEATED_BYTES,
+            max_call_depth: feedwright::machine::MAX_CALL_DEPTH,
             axes: [axis; 3],
             spindle: Spindle {
                 max_rps: 200.0,

@@ -40,6 +40,8 @@ pub fn machine(acceleration_mm_s2: f64) -> Machine {
         wear_mm: Vec::new(),
         tool_names: Vec::new(),
         max_line_length: None,
+        max_repeated_bytes: feedwright::machine::MAX_REPEATED_BYTES,
+        max_call_depth: feedwright::machine::MAX_CALL_DEPTH,
         axes: [axis; 3],
         spindle: Spindle {
             max_rps: 1e3,

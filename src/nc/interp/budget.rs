@@ -19,7 +19,7 @@ impl<F: Family> Interpreter<'_, F> {
                 Severity::Error,
                 span,
                 text,
-                "look at the loop or the call that repeats this block",
+                "look at the loop or the call that repeats this block; if it does end, allow more with max_repeated_mb in [machine]",
             );
             self.flow.ended = true;
             self.forget_repetitions();

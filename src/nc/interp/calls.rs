@@ -108,7 +108,8 @@ impl<F: Family> Interpreter<'_, F> {
         if self.flow.calls.len() >= self.env.max_depth {
             let span = self.flow.source.program().span(self.block.id);
             let text = format!("calls are nested deeper than {}", self.env.max_depth);
-            self.say("nc::runaway", Severity::Error, span, text, "a subprogram seems to call itself without end");
+            let help = "a subprogram seems to call itself without end; if it does end, allow more with max_call_depth in [machine]";
+            self.say("nc::runaway", Severity::Error, span, text, help);
             self.flow.ended = true;
             self.forget_repetitions();
             return;
