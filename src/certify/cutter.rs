@@ -33,6 +33,10 @@ pub struct Ring {
     pub normal: [f64; 2],
     /// How far its upper end is above the tip, mm.
     pub top: f64,
+    /// Half of its height, mm.
+    pub half: f64,
+    /// Outward normals at its lower and upper end.
+    pub ends: [[f64; 2]; 2],
 }
 
 impl Ring {
@@ -42,8 +46,9 @@ impl Ring {
         let inside = part.from >= -1e-9 && part.to <= 1.0 + 1e-9 && share > 0.0;
         let segment = tool.profile.segments.get(part.segment).filter(|_| inside)?;
         let ([r, z], normal) = segment.at(0.5 * (part.from + part.to));
-        let ([_, top], _) = segment.at(part.to);
-        Some(Self { z, r, edge: share * segment.length(), normal, top })
+        let [([_, bottom], lower), ([_, top], upper)] = [part.from, part.to].map(|place| segment.at(place));
+        let (edge, half) = (share * segment.length(), 0.5 * (top - bottom).abs());
+        Some(Self { z, r, edge, normal, top, half, ends: [lower, upper] })
     }
 }
 

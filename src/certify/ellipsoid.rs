@@ -72,17 +72,8 @@ impl Ellipsoid {
 
     /// The largest value of Σ aₖ κₖ on it, not below the exact one.
     pub fn most(&self, a: &[f64; P]) -> f64 {
-        let mut spread = 0.0;
-        let mut reach = 0.0;
-        for i in 0..P {
-            if a[i] == 0.0 {
-                continue;
-            }
-            reach += a[i].abs() * self.shape[i][i].max(0.0).sqrt();
-            for k in 0..P {
-                spread += a[i] * self.shape[i][k] * a[k];
-            }
-        }
+        let spread: f64 = (0..P).map(|i| a[i] * (0..P).map(|k| self.shape[i][k] * a[k]).sum::<f64>()).sum();
+        let reach: f64 = (0..P).map(|i| a[i].abs() * self.shape[i][i].max(0.0).sqrt()).sum();
         let b = (spread.max(0.0) + ROUNDING * reach * reach).sqrt();
         let cut: f64 = (0..P - 1).map(|k| a[k] * self.mean[k]).sum();
         let size: f64 = (0..P).map(|k| (a[k] * self.mean[k]).abs()).sum();

@@ -2,7 +2,7 @@
 //! told apart); limits and tools that are not covered; the fingerprint of the setup that the certificate is bound to.
 
 use super::cutter::unfit;
-use super::place::COVERED;
+use super::place::is_covered;
 use super::text::sha256;
 use crate::machine::limits::Role;
 use crate::machine::{Job, LimitKind, Limits, Tool};
@@ -55,20 +55,14 @@ pub fn in_force(job: &Job, tool: &Tool, rps: f64) -> Vec<(LimitKind, f64)> {
 
 /// What of a tool and its limits is not certified, in words.
 pub fn not_covered(tool: &Tool, limits: &[(LimitKind, f64)]) -> Option<String> {
-    let kind = limits.iter().map(|(kind, _)| *kind).find(|kind| !COVERED.contains(kind));
-    let of_kind = kind.map(|kind| format!("the limit {}", kind.name()));
+    let of_kind =
+        limits.iter().find(|(kind, _)| !is_covered(*kind)).map(|(kind, _)| format!("the limit {}", kind.name()));
     of_kind.or_else(|| unfit(tool).map(str::to_owned))
 }
 
 /// Why what a move does is not known well enough.
 pub fn unknown_motion(motion: &Move) -> Option<&'static str> {
-    let doubtful = [
-        Freeze::Rotary,
-        Freeze::NotUnderstood,
-        Freeze::NoFeed,
-        Freeze::OtherFile,
-        Freeze::Compensation,
-        Freeze::BlockDelete,
-    ];
+    use Freeze::{BlockDelete, Compensation, NoFeed, NotUnderstood, OtherFile, Rotary};
+    let doubtful = [Rotary, NotUnderstood, NoFeed, OtherFile, Compensation, BlockDelete];
     motion.freeze.filter(|freeze| doubtful.contains(freeze)).map(Freeze::why)
 }

@@ -12,7 +12,8 @@
 //! * **the engaged arcs**, which the simulation of the written program found with the stock grown by its uncertainty. Any part of them may be
 //!   missing: a smaller stock and every lesser engagement are covered. [`witness`] looks for material outside of them with a coarse
 //!   simulation of its own;
-//! * the linear edge model on rings, and that the coefficients lie in their ellipsoid.
+//! * the linear edge model on rings with one arc each (the edge winds through a ring; its direction and chip are those at its middle), and
+//!   that the coefficients lie in their ellipsoid.
 
 pub mod check;
 pub mod cutter;

@@ -8,6 +8,9 @@
 //! −t cos(o + α) + p sin(o + α), linear in the coefficients. The largest sum of any of them is the sum of those that are positive; and
 //! as every direction is within η of the middle of its sector, |F| ≤ (largest sum along that middle) / cos η.
 //!
+//! The edge winds through a ring at its helix: of its length that part is engaged whose immersion lies in the arc, and acts at the middle of it
+//! (the chip of a part is at most that at its middle, as a sine between 0 and π is concave).
+//!
 //! Boxes of rotations and directions are halved until each is below the limit, or too small: then its bound stands. Sums are plain
 //! doubles; what their rounding can be (some hundred operations, each 2⁻⁵³ of terms whose magnitude is summed up beside) is added.
 
@@ -20,16 +23,18 @@ use crate::machine::LimitKind;
 /// An edge of one tooth on one ring while it may cut.
 #[derive(Debug, Clone, Copy)]
 pub struct Edge {
-    /// Rotations between which it may cut, rad.
+    /// Rotations between which a part of it may cut, rad.
     pub over: [f64; 2],
-    /// Sine and cosine of its immersion at both.
-    pub ends: [[f64; 2]; 2],
-    /// Cosine and sine of its immersion less the rotation.
+    /// Immersions between which it may cut, rad.
+    pub arc: [f64; 2],
+    /// Immersion of its middle less the rotation, rad.
+    pub off: f64,
+    /// Cosine and sine of that.
     pub turn: [f64; 2],
-    /// Its length, mm.
-    pub edge: f64,
-    /// Outward normal: radial and axial part.
-    pub normal: [f64; 2],
+    /// Angle by which its upper end lags behind its middle, rad.
+    pub lag: f64,
+    /// Its ring.
+    pub ring: Ring,
     /// Its share of the feed per tooth.
     pub share: f64,
     /// What a newton on it counts: 1, or mm and MPa at the tool.
@@ -88,7 +93,7 @@ impl Edges {
     /// What rounding may add to a bound.
     fn slack(&self, kind: LimitKind, f: f64, known: &Ellipsoid, half: &[f64; P]) -> f64 {
         let largest: f64 = (0..P - 1).map(|k| known.mean[k] + half[k]).sum();
-        let of = |edge: &Edge| edge.edge * edge.weights[weight(kind)] * (1.0 + 2.0 * f * edge.share) * largest;
+        let of = |edge: &Edge| edge.ring.edge * edge.weights[weight(kind)] * (1.0 + 2.0 * f * edge.share) * largest;
         ROUNDING * self.list.iter().map(of).sum::<f64>() * known.scattered()
     }
 }
@@ -143,12 +148,13 @@ impl Work<'_> {
             if edge.over[0] > of.over[1] || edge.over[1] < of.over[0] {
                 continue;
             }
-            let chip = self.f * edge.share * self.thickest(edge, of, turns);
-            if chip <= 0.0 {
+            let (part, thick) = self.thickest(edge, of, turns);
+            if part <= 0.0 || thick <= 0.0 {
                 continue;
             }
-            let size = edge.edge * edge.weights[weight(self.kind)];
-            let [n_r, n_z] = edge.normal;
+            let chip = self.f * edge.share * thick;
+            let size = edge.ring.edge * part * edge.most_engaged(of.over) * edge.weights[weight(self.kind)];
+            let [n_r, n_z] = edge.ring.normal;
             let along = if self.kind == LimitKind::ForceAxial {
                 [0.0, -n_z * of.middle * size, -n_r * of.middle * size]
             } else {
@@ -161,21 +167,29 @@ impl Work<'_> {
         if self.kind == LimitKind::ForceAxial { most } else { most / of.half.cos() * (1.0 + ROUNDING) }
     }
 
-    /// Largest chip thickness of an edge in a box, per mm of its feed.
-    fn thickest(&self, edge: &Edge, of: &Box, turns: [(f64, f64); 2]) -> f64 {
+    /// The part of an edge that has a chip somewhere in a box, and the largest mean chip thickness of that part, per mm of the edge's feed: along the
+    /// ring the chip goes about straight from its lower end to its upper end.
+    fn thickest(&self, edge: &Edge, of: &Box, turns: [(f64, f64); 2]) -> (f64, f64) {
         let [x, y] = edge.turn;
         let at = |k: usize| {
-            let inside = if k == 0 { of.over[0] > edge.over[0] } else { of.over[1] < edge.over[1] };
-            let (sin, cos) = turns[k];
-            if inside { [sin * x + cos * y, cos * x - sin * y] } else { edge.ends[k] }
+            let theta = of.over[k].clamp(edge.over[0], edge.over[1]);
+            let [first, last] = [theta + edge.off - edge.lag, theta + edge.off + edge.lag];
+            if theta == of.over[k] && first >= edge.arc[0] && last <= edge.arc[1] {
+                let (sin, cos) = turns[k];
+                return [sin * x + cos * y, cos * x - sin * y];
+            }
+            (0.5 * (first.max(edge.arc[0]) + last.min(edge.arc[1]))).sin_cos().into()
         };
         let [[s0, c0], [s1, c1]] = [at(0), at(1)];
         let top = if c0 >= -1e-9 && c1 <= 1e-9 { 1.0 } else { s0.max(s1) };
-        let [n_r, n_z] = edge.normal;
-        let [down, up] = self.edges.rise.map(|rise| rise * n_z);
-        let swing = if top > 0.0 { self.edges.across * n_r * top } else { 0.0 };
-        // A falling sine is cut off at nothing: what is left of the chip is the vertical part.
-        swing + down.max(up)
+        let chip = |[n_r, n_z]: [f64; 2]| {
+            let [down, up] = self.edges.rise.map(|rise| rise * n_z);
+            // A falling sine is cut off at nothing: what is left of the chip is the vertical part.
+            self.edges.across * n_r * top.max(0.0) + down.max(up)
+        };
+        let (middle, [lower, upper]) = (chip(edge.ring.normal), edge.ring.ends.map(chip));
+        let half = 0.5 * (upper - lower).abs();
+        if middle >= half { (1.0, middle) } else { (0.5 * (1.0 + middle / half), 0.5 * (middle + half)) }
     }
 
     /// Adds what an edge may carry: as a linear form of the coefficients where it is positive for all of them, else its largest value.
@@ -205,11 +219,13 @@ impl Work<'_> {
 }
 
 impl Edge {
-    /// An edge over `over`, its immersion less the rotation being `off`.
-    pub fn new(ring: &Ring, share: f64, weights: [f64; 3], over: [f64; 2], off: f64) -> Self {
-        let ends = over.map(|theta| (theta + off).sin_cos().into());
-        let (sin, cos) = off.sin_cos();
-        Self { over, ends, turn: [cos, sin], edge: ring.edge, normal: ring.normal, share, weights }
+    /// The largest part of it, 0 to 1, that is in its arc at one of these rotations: it grows with slope 1/(2 lag) from where the leading end
+    /// enters, and falls alike to where the trailing end leaves.
+    fn most_engaged(&self, over: [f64; 2]) -> f64 {
+        let [entry, exit] = self.arc.map(|phi| phi - self.off);
+        let best = (0.5 * (entry + exit)).clamp(over[0], over[1]);
+        let inside = (best + self.lag - entry).min(exit + self.lag - best).min(exit - entry);
+        if inside >= 2.0 * self.lag { 1.0 } else { (inside / (2.0 * self.lag) * (1.0 + ROUNDING)).clamp(0.0, 1.0) }
     }
 }
 

@@ -43,17 +43,11 @@ pub struct Place {
     pub depth: Interval,
 }
 
-/// Kinds of limit that a certificate speaks about.
-pub const COVERED: [LimitKind; 8] = [
-    LimitKind::ForceXy,
-    LimitKind::ForceAxial,
-    LimitKind::Power,
-    LimitKind::Torque,
-    LimitKind::Deflection,
-    LimitKind::BendingStress,
-    LimitKind::ChipThickness,
-    LimitKind::FeedPerTooth,
-];
+/// Does a certificate speak about this kind of limit?
+pub fn is_covered(kind: LimitKind) -> bool {
+    use LimitKind::{BendingStress, ChipThickness, Deflection, FeedPerTooth, ForceAxial, ForceXy, Power, Torque};
+    matches!(kind, ForceXy | ForceAxial | Power | Torque | Deflection | BendingStress | ChipThickness | FeedPerTooth)
+}
 
 /// Vertical part of the unit direction of a path between two places on it, mm.
 pub fn rise(curve: &Curve, [from, to]: [f64; 2]) -> Interval {
@@ -87,9 +81,20 @@ impl Place {
             }
             place.depth.hi = place.depth.hi.max(ring.top);
             for [lead, share] in &teeth.each {
-                let off = lead - lag_rad(tool, ring.z);
-                let passes = passes([arc.entry, arc.exit], off, teeth.period);
-                place.edges.list.extend(passes.map(|(over, off)| Edge::new(ring, *share, weights, over, off)));
+                let lag = lag_rad(tool, ring.half).abs();
+                let passes = passes([arc.entry - lag, arc.exit + lag], lead - lag_rad(tool, ring.z), teeth.period);
+                let (arc, ring, share) = ([arc.entry, arc.exit], *ring, *share);
+                let edge = |(over, off)| Edge {
+                    over,
+                    arc,
+                    off,
+                    turn: [f64::cos(off), f64::sin(off)],
+                    lag,
+                    ring,
+                    share,
+                    weights,
+                };
+                place.edges.list.extend(passes.map(edge));
             }
             place.take_means(arc, ring, (across.hi, rise), f64::from(tool.flutes), largest_share);
         }
@@ -98,17 +103,25 @@ impl Place {
 
     /// Adds the torque of an arc, and looks for its thickest chip.
     fn take_means(&mut self, arc: &Arc, ring: &Ring, (across, rise): (f64, Interval), flutes: f64, share: f64) {
-        let (swing, lift) = (across * ring.normal[0].max(0.0), (rise * Interval::exact(ring.normal[1])).hi);
+        let of = |normal: [f64; 2]| (across * normal[0].max(0.0), (rise * Interval::exact(normal[1])).hi);
+        let (swing, lift) = of(ring.normal);
         for [from, to] in leading([arc.entry, arc.exit], swing, lift) {
             let (s, c) = (ring.edge * ring.r * flutes / TAU, from.cos() - to.cos());
             let [rubbed, cut] = [s * (to - from), s * (swing * c + lift * (to - from)).max(0.0)];
-            let top = ((to - FRAC_PI_2) / TAU).floor() * TAU + FRAC_PI_2 >= from;
-            let sine = if top { 1.0 } else { from.sin().max(to.sin()) };
-            let thick = (swing * sine + lift) * share;
             let about = |x: f64| Interval::exact(x).widened(ROUNDING * (x.abs() + s));
             self.torque = [self.torque[0] + about(rubbed), self.torque[1] + about(cut)];
-            self.chip.hi = self.chip.hi.max(thick + ROUNDING);
-            self.chip.lo = self.chip.hi - 4.0 * ROUNDING;
+        }
+        // The chip goes as the cosine of an angle along the outline, of which the nearest of three places is at most a quarter of the ring away.
+        let [lower, upper] = ring.ends;
+        let half = |cosine: f64| (0.5 * (1.0 + cosine)).sqrt();
+        let beyond = share / half(half((lower[0] * upper[0] + lower[1] * upper[1]).min(1.0)));
+        for (swing, lift) in [lower, ring.normal, upper].map(of) {
+            for [from, to] in leading([arc.entry, arc.exit], swing, lift) {
+                let top = ((to - FRAC_PI_2) / TAU).floor() * TAU + FRAC_PI_2 >= from;
+                let sine = if top { 1.0 } else { from.sin().max(to.sin()) };
+                self.chip.hi = self.chip.hi.max((swing * sine + lift) * beyond + ROUNDING);
+                self.chip.lo = self.chip.hi - 4.0 * ROUNDING;
+            }
         }
     }
 
