@@ -100,6 +100,16 @@ fn a_good_log_gives_a_model() {
     assert!(written && code == 0, "{said}");
 }
 
+/// Times have no r²: its cell is empty, not NaN.
+#[test]
+fn a_log_without_a_load_has_a_report_without_odd_numbers() {
+    let bench = Bench::new(&good().replacen("spindle_power_w", "spindle_temperature", 1));
+    let (said, ..) = bench.run(&[&LEARN[..], &["--report", "page.html"]].concat());
+    assert!(said.contains("only the times of the machine are learned"), "{said}");
+    let page = std::fs::read_to_string(bench.path("page.html")).unwrap();
+    assert!(page.contains("with effects, held out") && !page.contains("NaN"), "{page}");
+}
+
 #[test]
 fn logs_without_a_signal() {
     doubted("empty file", "", &["no samples"]);

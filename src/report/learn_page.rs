@@ -205,7 +205,14 @@ fn tables(report: &LearnReport) -> Markup {
     };
     let head = ["", "value", "standard error", "unit"];
     let errors = |name: &str, e: &crate::learn::report::Errors| {
-        vec![name.to_owned(), number(e.rmse), format!("{:.2} %", e.mape), format!("{:.3}", e.r2)]
+        // Without a load, errors are those of times, which have no r².
+        let share = |v: f64, text: String| if v.is_finite() { text } else { String::new() };
+        vec![
+            name.to_owned(),
+            number(e.rmse),
+            share(e.mape, format!("{:.2} %", e.mape)),
+            share(e.r2, format!("{:.3}", e.r2)),
+        ]
     };
     let fitted = table(
         "Errors",
