@@ -16,12 +16,15 @@ pub mod forms;
 pub mod free_curve;
 pub mod held_out;
 mod idle;
+mod in_doubt;
 #[cfg(test)]
 mod made_data;
 mod one_cause;
 mod outlying;
 pub mod over_time;
+mod pairs;
 pub mod plotted;
+mod pruning;
 pub mod residual;
 pub mod scatter;
 pub mod score_test;

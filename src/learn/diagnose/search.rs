@@ -8,45 +8,40 @@
 //!    is G − k ln(n/φ) for k parameters (Bayesian information criterion, Schwarz 1978).
 //! 3. The best is added if it passes every test of [`super::evidence`]: score, physical parameters, held-out error, no
 //!    better curve along a covariate that it does not depend on, no harm to kinds of cuts it was not fitted on.
-//! 4. If no single one passes, pairs are tried: each may mask the other in the fit.
-//! 5. Each effect must still earn its score beside those added later. Then each named effect is compared with
+//! 4. If no single one passes, pairs are tried: each may mask the other in the fit ([`super::pairs`]).
+//! 5. Each effect must still earn its score beside those added later ([`super::pruning`]). Then each named effect is compared with
 //!    everything that can replace it ([`super::contest`]): a clearly better rival replaces it and the search continues;
 //!    an equal one is reported beside it.
 //! 6. When no effect of the list can be added, the curve over a covariate that lowers the held-out error most is added
 //!    without a name ([`super::unnamed`]); the list is tried again beside it, the curves are chosen again, and step 5
 //!    is repeated. Structure that remains is reported and refutes nothing that was found.
+//!    Then one curve is tried in the place of a name and its curves ([`super::one_cause`]).
 //! 7. Base terms that a table does not determine are left out if it is predicted better without them
 //!    ([`super::undetermined_terms`]).
 //! 8. If the error on the data kept for the judgement rose, the curves without a name that raise it are taken back
 //!    ([`super::contradicted`]).
 
-use crate::effects::{ALL, Acts, named};
-use crate::learn::dataset::errors::errors;
+use crate::effects::Acts;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::answer::{unexplained, verdict};
 use crate::learn::diagnose::ceiling::without_ceilings;
 use crate::learn::diagnose::contest::Outcome;
-use crate::learn::diagnose::criteria::{is_lower, is_no_worse};
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::free_curve::along_all;
+use crate::learn::diagnose::in_doubt::{doubt_families_with_rivals, doubt_what_does_not_help};
 use crate::learn::diagnose::outlying::{cost, outlying, without as without_cuts};
 use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
-use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
+use crate::learn::diagnose::trial::{Trial, p_value};
 use crate::learn::diagnose::trial_cache::TrialCache;
 use crate::learn::diagnose::undetermined_terms::Reduced;
-use crate::learn::diagnose::unnamed::{ResidualCurve, is_shape_of, is_unnamed, with_predicted_loads};
+use crate::learn::diagnose::unnamed::{is_unnamed, with_predicted_loads};
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_case, t_statistic, without};
 use crate::learn::model::design::{FittedEffect, in_quantity_of};
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::model::whitening::{weighed_by, whitened};
-use crate::learn::report::{Confounded, LearnReport, Rejected};
-
-/// Candidates of best score whose pairs are tried when none is found alone.
-const PAIRED: usize = 6;
-/// Pairs of best score that are judged on held-out data.
-const PAIRS_JUDGED: usize = 4;
+use crate::learn::report::{Confounded, LearnReport};
 
 /// Most named effects that are replaced by a rival.
 const EXCHANGES: usize = 3;
@@ -335,233 +330,19 @@ impl Diagnosis<'_> {
         None
     }
 
-    /// Two effects that explain together what neither explains alone, because each masks the other in the fit.
-    fn pair(&mut self, base: &Fitted) -> Option<Fitted> {
-        let left = errors(&self.train, |i| self.base_residual[i]).rmse;
-        if !self.criteria().pairs_are_worth_it(left, self.floor) {
-            return None;
-        }
-        let mut first = self.trials(base, false);
-        first.sort_by(|a, b| b.score.total_cmp(&a.score));
-        first.truncate(PAIRED);
-        let mut pairs: Vec<(f64, Trial)> = Vec::new();
-        for one in &first {
-            for two in self.trials(&one.fitted, false) {
-                let asked = two.fitted.model.effects.iter().map(FittedEffect::free_count).sum();
-                let (score, _) = score_of(&self.train, base, &two.fitted, asked);
-                if score > 2.0 * self.threshold()
-                    && two.fitted.model.effects.iter().all(|u| unphysical(Some(u), self.data.clock_s).is_none())
-                {
-                    pairs.push((score, two));
-                }
-            }
-        }
-        pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
-        pairs.truncate(PAIRS_JUDGED);
-        let curves = self.fitted_curves(base, &self.base_residual, |_, _| true);
-        let judged = pairs.into_iter().find_map(|(score, two)| {
-            let after = held_out_residuals(&self.train, &two.fitted.model.effects, self.split);
-            let share =
-                self.share_of_excess(&self.base_residual, &after, &self.base_residual, self.criteria().least_excess);
-            let t = t_statistic(&improvement_by_case(&self.train, &self.base_residual, &after));
-            // A change of load within the error of the engagement is no evidence, for two effects as for one.
-            let is_seen = self.change_of_load(base, &self.base_residual, &after) >= self.criteria().engagement_known_to;
-            let enough = is_seen && self.criteria().pair_explains(share, t) && !self.leaves_much(&after);
-            let better = |found: &ResidualCurve| {
-                let knows = |u: &FittedEffect| u.effect.knows(found.covariate, found.effect.multiplies);
-                let known = two.fitted.model.effects.iter().any(knows);
-                !known && self.is_better(&after, &found.fit.left)
-            };
-            // A single curve with the same held-out error is the simpler explanation.
-            let simpler = || curves.first().is_some_and(|found| !self.is_better(&found.fit.left, &after));
-            let new = base.model.effects.len()..two.fitted.model.effects.len();
-            let is_accident = |e| self.why_between_operations(&two.fitted, e, &self.base_residual).is_none();
-            let sound = enough && !curves.iter().any(better) && !simpler() && new.into_iter().all(is_accident);
-            sound.then_some((score, two, share))
-        });
-        let (score, two, share) = judged?;
-        let errors = [self.judgement_errors(&[]).rmse, self.judgement_errors(&two.fitted.model.effects).rmse];
-        for each in &two.fitted.model.effects[base.model.effects.len()..] {
-            let text = format!(
-                "only together with the other it removes {:.0} % of what the base model leaves beyond the noise \
-                 (score {score:.1})",
-                100.0 * share
-            );
-            self.evidence.push((each.effect.name, text, self.p_of_the_search(&two), errors));
-            self.rejected.retain(|r| r.name != each.effect.name);
-        }
-        self.pair = two.fitted.model.effects[base.model.effects.len()..].iter().map(|u| u.effect.name).collect();
-        Some(self.prune(two.fitted)).filter(|left| left.model.effects.len() > base.model.effects.len() + 1)
-    }
-
-    /// Removes effects whose score beside the others is too low, and changes the others to a form of clearly better
-    /// score.
-    fn prune(&mut self, fitted: Fitted) -> Fitted {
-        let mut present = fitted;
-        let mut k = 0;
-        while present.model.effects.len() > 1 && k < present.model.effects.len() {
-            let others: Vec<FittedEffect> = remove(&present.model.effects, k);
-            let Some(without_it) = fit(&self.train, &others, 12) else { break };
-            let own = present.model.effects[k].effect;
-            if self.has_own_data(own) {
-                k += 1;
-                continue;
-            }
-            let Some((score, lowers)) = self.worth_of(&present, &without_it, k) else { break };
-            if score < self.threshold() || !lowers {
-                self.rejected
-                    .push(Rejected { name: own.name.into(), why: "the effects added after it explain as much".into() });
-                present = if self.pair.contains(&own.name) { self.without_pair(&without_it) } else { without_it };
-                k = 0;
-                continue;
-            }
-            if let Some(fuller) = self.other_form(&present, k, &without_it, score) {
-                present = fuller;
-            }
-            k += 1;
-        }
-        present
-    }
-
-    /// The model without the second effect of a pair after the first was removed: alone it explains nothing.
-    fn without_pair(&mut self, present: &Fitted) -> Fitted {
-        let is_left = |each: &&FittedEffect| !self.pair.contains(&each.effect.name);
-        let others: Vec<FittedEffect> = present.model.effects.iter().filter(is_left).cloned().collect();
-        for name in present.model.effects.iter().map(|u| u.effect.name).filter(|name| self.pair.contains(name)) {
-            self.rejected
-                .push(Rejected { name: name.into(), why: "it explained the residual only with another".into() });
-        }
-        fit(&self.train, &others, 12).unwrap_or_else(|| present.clone())
-    }
-
-    /// Score of the `k`-th effect beside the others, and whether it lowers the held-out error if there are curves
-    /// without a name. Curves over its own covariates correct its law and are left out of both models, so that they
-    /// cannot replace it.
-    fn worth_of(&self, present: &Fitted, without_it: &Fitted, k: usize) -> Option<(f64, bool)> {
-        let effects = &present.model.effects;
-        let own = &effects[k];
-        let score = |without: &Fitted, with: &Fitted| score_of(&self.train, without, with, own.free_count()).0;
-        if !effects.iter().any(|each| is_unnamed(each.effect)) {
-            return Some((score(without_it, present), true));
-        }
-        let others: Vec<FittedEffect> = remove(effects, k).into_iter().filter(|each| !is_shape_of(own, each)).collect();
-        let with: Vec<FittedEffect> = others.iter().chain([own]).cloned().collect();
-        let [before, after] = [&others, &with].map(|each| held_out_residuals(&self.train, each, self.split));
-        let t = t_statistic(&improvement_by_case(&self.train, &before, &after));
-        let lowers = self.criteria().lowers_held_out(self.drop_of(&before, &after), t);
-        if with.len() == effects.len() {
-            return Some((score(without_it, present), lowers));
-        }
-        Some((score(&fit(&self.train, &others, FORM_ROUNDS)?, &fit(&self.train, &with, FORM_ROUNDS)?), lowers))
-    }
-
-    /// The named effects without which the error on the data kept for the judgement is hardly higher. Curves over its own
-    /// covariates are the shape of an effect and are left out with it. An effect with data of its own is not asked.
-    pub(in crate::learn) fn without_gain(&self, fitted: &Fitted) -> Vec<&'static str> {
-        let effects = &fitted.model.effects;
-        let whole = self.judgement_errors(effects).rmse;
-        let gains = |e: usize| {
-            let is_open = |each: &FittedEffect| !is_shape_of(&effects[e], each);
-            let others: Vec<FittedEffect> = remove(effects, e).into_iter().filter(is_open).collect();
-            is_lower(self.judgement_errors(&others).rmse, whole)
-        };
-        let is_asked = |e: &usize| !is_unnamed(effects[*e].effect) && !self.has_own_data(effects[*e].effect);
-        (0..effects.len()).filter(is_asked).filter(|e| !gains(*e)).map(|e| effects[e].effect.name).collect()
-    }
-
     /// p value of the gain of a trial, multiplied by the number of models fitted (Bonferroni).
     pub(in crate::learn) fn p_of_the_search(&self, trial: &Trial) -> f64 {
         (p_value(trial) * self.tried.max(1) as f64).min(1.0)
     }
 }
 
-/// If a curve over another covariate explains as much, the effect that a curve was named after is reported as one of
-/// several possible causes. So is wear that comes at once: an edge that broke out leaves the same curve.
-fn doubt_families_with_rivals(report: &mut LearnReport) {
-    let in_doubt = report.unnamed.iter().filter_map(|curve| {
-        let name = curve.family.clone()?;
-        let family = named(&name)?;
-        let along = curve.rivals.iter().map(|rival| format!("a curve of the {} along {rival}", curve.multiplies));
-        let comes_at_once = family.wear.is_some() && is_stepped(&curve.knots);
-        let accidents = ALL.iter().filter(|effect| comes_at_once && effect.is_accident).map(|e| e.name.to_owned());
-        let rivals: Vec<String> = along.chain(accidents).collect();
-        (!rivals.is_empty()).then(|| Confounded {
-            experiment: family.separated_by.to_owned(),
-            names: std::iter::once(name).chain(rivals).collect(),
-            why: if comes_at_once { "the load rises at once and not by and by" } else { AS_LOW }.to_owned(),
-        })
-    });
-    let in_doubt: Vec<Confounded> = in_doubt.collect();
-    report.confounded.extend(in_doubt);
-}
-
-/// Why a curve has rivals.
-const AS_LOW: &str = "in its place each has as low a held-out error";
-
-/// Does a curve change at steps, two knots at one place, more than between them?
-fn is_stepped(knots: &[[f64; 2]]) -> bool {
-    let change = |at_once: bool| -> f64 {
-        let pairs = knots.windows(2).filter(|pair| (pair[0][0] == pair[1][0]) == at_once);
-        pairs.map(|pair| (pair[1][1] - pair[0][1]).abs()).sum()
-    };
-    change(true) > change(false)
-}
-
-/// An effect that does not lower the error on the data kept for the judgement is not asserted alone: it is reported as one
-/// of several possible causes. `without_gain`: those effects; all of them if the model with all effects has a larger error
-/// than the base model.
-fn doubt_what_does_not_help(report: &mut LearnReport, without_gain: &[&str]) {
-    let is_worse = !is_no_worse(report.base_test.rmse, report.final_test.rmse);
-    let in_doubt = |name: &&str| report.one_of(name).is_none() && (is_worse || without_gain.contains(name));
-    let in_doubt: Vec<String> = report.names().into_iter().filter(in_doubt).map(str::to_owned).collect();
-    let why = if is_worse { "the error rose" } else { "the error is no lower with it" };
-    report.confounded.extend(in_doubt.into_iter().map(|name| Confounded {
-        experiment: named(&name).map_or_else(String::new, |effect| effect.separated_by.to_owned()),
-        names: vec![name, "a cause that the data kept for the judgement do not share".to_owned()],
-        why: format!("on the data kept for the judgement {why}"),
-    }));
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::State;
     use crate::effects::unnamed::{BEYOND, KNOTS};
+    use crate::effects::{State, named};
     use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
-    use crate::learn::report::{Added, Errors, Unnamed};
     use crate::path::Vec3;
-
-    /// A report with these errors on the data kept for the judgement, one effect, and a curve named after an effect,
-    /// with rivals.
-    fn report(before: f64, after: f64, rivals: &[&str]) -> LearnReport {
-        let errors = |rmse: f64| Errors { rmse, ..Errors::default() };
-        let added = |name: &str| Added {
-            name: name.into(),
-            parameters: Vec::new(),
-            p_value: 0.0,
-            test_rmse_before: before,
-            test_rmse_after: after,
-            evidence: String::new(),
-        };
-        let curve = Unnamed {
-            added: added("unnamed-load-feed-per-tooth"),
-            covariate: "feed per tooth".into(),
-            unit: "mm".into(),
-            multiplies: "load".into(),
-            knots: Vec::new(),
-            beside: None,
-            rivals: rivals.iter().map(|rival| (*rival).to_owned()).collect(),
-            family: Some("size-effect".into()),
-            sentence: String::new(),
-        };
-        LearnReport {
-            base_test: errors(before),
-            final_test: errors(after),
-            effects: vec![added("tool-diameter")],
-            unnamed: vec![curve],
-            ..LearnReport::default()
-        }
-    }
 
     /// A curve that steps at 0.
     fn step(name: &str) -> FittedEffect {
@@ -600,41 +381,5 @@ mod tests {
         assert_eq!(chosen_again(&both, false, |z, _| z > 0.0)[0], "unnamed-load-z");
         let last = |and_last: bool| chosen_again(&["unnamed-load-z"], and_last, |_, is_fast| is_fast);
         assert_eq!([false, true].map(last), [["unnamed-load-z"], ["unnamed-load-spindle-speed"]]);
-    }
-
-    #[test]
-    fn what_raises_the_error_on_the_data_kept_is_asserted_alone_no_more() {
-        let in_doubt = |after: f64, without_gain: &[&str]| {
-            let mut report = report(10.0, after, &[]);
-            doubt_what_does_not_help(&mut report, without_gain);
-            ["tool-diameter", "size-effect"].map(|name| report.one_of(name).is_some())
-        };
-        assert_eq!([in_doubt(9.0, &[]), in_doubt(10.1, &[])], [[false; 2], [true; 2]]);
-        assert_eq!(in_doubt(9.0, &["tool-diameter"]), [true, false]);
-    }
-
-    #[test]
-    fn wear_that_comes_at_once_may_be_an_edge_that_broke_out() {
-        let doubted = |family: &str, knots: &[[f64; 2]]| {
-            let mut report = report(10.0, 9.0, &[]);
-            (report.unnamed[0].family, report.unnamed[0].knots) = (Some(family.into()), knots.to_vec());
-            doubt_families_with_rivals(&mut report);
-            report.one_of(family).map(|group| group.names.clone())
-        };
-        let step = [[50.0, 1.0], [50.0, 1.3]];
-        assert_eq!(doubted("flank-wear", &step).unwrap(), ["flank-wear", "edge-chipping"]);
-        assert_eq!(doubted("flank-wear", &[[0.0, 1.0], [50.0, 1.1], [50.0, 1.15], [90.0, 1.3]]), None);
-        assert_eq!(doubted("size-effect", &step), None);
-    }
-
-    #[test]
-    fn a_family_is_one_of_several_where_its_curve_follows_something_else_as_well() {
-        let said = |rivals: &[&str]| {
-            let mut report = report(10.0, 9.0, rivals);
-            doubt_families_with_rivals(&mut report);
-            report.one_of("size-effect").map(|group| group.names.clone())
-        };
-        assert_eq!(said(&[]), None);
-        assert_eq!(said(&["tool"]).unwrap(), ["size-effect", "a curve of the load along tool"]);
     }
 }

@@ -1,0 +1,78 @@
+//! What each effect is worth beside those added later. In: the diagnosis, a model. Out: the model without those that are no longer worth their
+//! parameters, and the names that do not lower the error on the data kept for the judgement.
+
+use crate::learn::diagnose::criteria::is_lower;
+use crate::learn::diagnose::diagnosis::Diagnosis;
+use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
+use crate::learn::diagnose::trial::score_of;
+use crate::learn::diagnose::unnamed::{is_shape_of, is_unnamed};
+use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, t_statistic};
+use crate::learn::model::design::FittedEffect;
+use crate::learn::model::fit::{Fitted, fit};
+use crate::learn::report::Rejected;
+
+impl Diagnosis<'_> {
+    /// Removes effects whose score beside the others is too low, and changes the others to a form of clearly better
+    /// score.
+    pub(in crate::learn) fn prune(&mut self, fitted: Fitted) -> Fitted {
+        let mut present = fitted;
+        let mut k = 0;
+        while present.model.effects.len() > 1 && k < present.model.effects.len() {
+            let others: Vec<FittedEffect> = remove(&present.model.effects, k);
+            let Some(without_it) = fit(&self.train, &others, 12) else { break };
+            let own = present.model.effects[k].effect;
+            if self.has_own_data(own) {
+                k += 1;
+                continue;
+            }
+            let Some((score, lowers)) = self.worth_of(&present, &without_it, k) else { break };
+            if score < self.threshold() || !lowers {
+                self.rejected
+                    .push(Rejected { name: own.name.into(), why: "the effects added after it explain as much".into() });
+                present = if self.pair.contains(&own.name) { self.without_pair(&without_it) } else { without_it };
+                k = 0;
+                continue;
+            }
+            if let Some(fuller) = self.other_form(&present, k, &without_it, score) {
+                present = fuller;
+            }
+            k += 1;
+        }
+        present
+    }
+
+    /// Score of the `k`-th effect beside the others, and whether it lowers the held-out error if there are curves
+    /// without a name. Curves over its own covariates correct its law and are left out of both models, so that they
+    /// cannot replace it.
+    fn worth_of(&self, present: &Fitted, without_it: &Fitted, k: usize) -> Option<(f64, bool)> {
+        let effects = &present.model.effects;
+        let own = &effects[k];
+        let score = |without: &Fitted, with: &Fitted| score_of(&self.train, without, with, own.free_count()).0;
+        if !effects.iter().any(|each| is_unnamed(each.effect)) {
+            return Some((score(without_it, present), true));
+        }
+        let others: Vec<FittedEffect> = remove(effects, k).into_iter().filter(|each| !is_shape_of(own, each)).collect();
+        let with: Vec<FittedEffect> = others.iter().chain([own]).cloned().collect();
+        let [before, after] = [&others, &with].map(|each| held_out_residuals(&self.train, each, self.split));
+        let t = t_statistic(&improvement_by_case(&self.train, &before, &after));
+        let lowers = self.criteria().lowers_held_out(self.drop_of(&before, &after), t);
+        if with.len() == effects.len() {
+            return Some((score(without_it, present), lowers));
+        }
+        Some((score(&fit(&self.train, &others, FORM_ROUNDS)?, &fit(&self.train, &with, FORM_ROUNDS)?), lowers))
+    }
+
+    /// The named effects without which the error on the data kept for the judgement is hardly higher. Curves over its own
+    /// covariates are the shape of an effect and are left out with it. An effect with data of its own is not asked.
+    pub(in crate::learn) fn without_gain(&self, fitted: &Fitted) -> Vec<&'static str> {
+        let effects = &fitted.model.effects;
+        let whole = self.judgement_errors(effects).rmse;
+        let gains = |e: usize| {
+            let is_open = |each: &FittedEffect| !is_shape_of(&effects[e], each);
+            let others: Vec<FittedEffect> = remove(effects, e).into_iter().filter(is_open).collect();
+            is_lower(self.judgement_errors(&others).rmse, whole)
+        };
+        let is_asked = |e: &usize| !is_unnamed(effects[*e].effect) && !self.has_own_data(effects[*e].effect);
+        (0..effects.len()).filter(is_asked).filter(|e| !gains(*e)).map(|e| effects[e].effect.name).collect()
+    }
+}
