@@ -31,6 +31,11 @@ fn knows(model: &Fitted, covariate: Covariate, part: Multiplies) -> bool {
     model.model.effects.iter().any(|each| each.effect.knows(covariate, part))
 }
 
+/// Is it where the tool is?
+fn is_place(covariate: Covariate) -> bool {
+    matches!(covariate, Covariate::X | Covariate::Y | Covariate::Z)
+}
+
 /// Best curves that a trial is compared with.
 const RIVAL_CURVES: usize = 4;
 
@@ -189,13 +194,29 @@ impl Diagnosis<'_> {
     }
 
     /// Why the trial is only a proxy for another cause: a curve along a covariate that it does not depend on explains
-    /// more than the trial with a curve that corrects its law. For an effect whose covariates only grow while the
+    /// more than the trial with a curve that corrects its law. So does one along a place that the effect depends on, if it explains more than the
+    /// law and the law adds nothing to it: of stock that stands elsewhere and of a region the law says which cuts at that place differ, and a layer
+    /// or a side of the part where all do is neither. For an effect whose covariates only grow while the
     /// program runs, a curve over a quantity of the process that explains as much is enough.
     pub(in crate::learn) fn stands_in(&self, present: &Present, trial: &Trial, after: &[f64]) -> Option<String> {
         let own = |covariate, part| trial.effect.knows(covariate, part);
         let shaped = self.less_best_curve(&trial.fitted, after, own);
         let others = present.curves.iter().filter(|found| !own(found.covariate, found.effect.multiplies));
         let is_late = trial.effect.covariates.iter().all(|covariate| only_grows(*covariate));
+        let of_place =
+            |found: &&ResidualCurve| own(found.covariate, found.effect.multiplies) && is_place(found.covariate);
+        let does_without = present
+            .curves
+            .iter()
+            .filter(of_place)
+            .take(RIVAL_CURVES)
+            .find(|found| self.is_better(after, &found.fit.left) && !self.is_better(&found.fit.left, &shaped));
+        if let Some(found) = does_without {
+            return Some(format!(
+                "a curve along {} explains more, and as much as this effect with a curve that corrects its law",
+                found.covariate.name()
+            ));
+        }
         let better = others.take(RIVAL_CURVES).find(|found| {
             let left = &found.fit.left;
             if is_late && rank(found.covariate) == 0 {
@@ -235,6 +256,17 @@ mod tests {
         made(share, noise, state)
     }
 
+    /// Passes along X, one a block, in all of which the load is larger by `share(x)`.
+    fn alike(share: impl Fn(f64) -> f64) -> Data {
+        let x_mm = |i: usize| 100.0 * (i % EACH) as f64 / EACH as f64;
+        let state = |i: usize| State {
+            time_s: i as f64,
+            position: Vec3::new(x_mm(i), 5.0 * (i / EACH) as f64, 0.0),
+            ..State::default()
+        };
+        made(|i| share(x_mm(i)), 1.0, state)
+    }
+
     /// Does a hard zone pass the tests?
     fn is_shown(data: &Data, noise: f64) -> bool {
         let split = fifths(data);
@@ -252,6 +284,13 @@ mod tests {
         assert!(is_shown(&passes(|block| (8..16).contains(&block), 0.2, 1.0), 1.0));
         // The zone lies in one pass: the fit to the others cannot predict it.
         assert!(!is_shown(&passes(|block| block == 11, 0.2, 1.0), 1.0));
+    }
+
+    #[test]
+    fn a_region_that_a_curve_along_one_axis_does_without_is_not_shown() {
+        assert!(is_shown(&passes(|block| (8..16).contains(&block), 0.2, 1.0), 1.0));
+        // Harder and harder along X: a region takes a part of that, and adds nothing to a curve along X.
+        assert!(!is_shown(&alike(|x_mm| 0.3 * (x_mm / 100.0).powi(2)), 1.0));
     }
 
     #[test]
