@@ -15,7 +15,7 @@ use crate::learn::diagnose::forms::remove;
 use crate::learn::diagnose::residual::{noise_floor, patterns};
 use crate::learn::diagnose::scatter::scatter_of_load;
 use crate::learn::diagnose::unnamed::{is_unnamed, only_grows};
-use crate::learn::model::cross_validation::without;
+use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, t_statistic, without};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Certainty, Fitted, certainty, part};
 use crate::learn::model::stretch_covariance::covariance_of_stretches;
@@ -54,7 +54,8 @@ impl Diagnosis<'_> {
             };
             // Time tells any operation from the others. Where not even that explains as much, it is no mere difference between them.
             let family = curve.family.as_deref().and_then(named);
-            if !others_than(family).is_empty() && !self.holds_elsewhere(&fitted.model.effects, e) {
+            let is_shown = others_than(family).is_empty() || self.holds_elsewhere(&fitted.model.effects, e);
+            if family.is_some() && !has_own_data && !(is_shown && self.is_clear(fitted, e)) {
                 curve.family = None;
             }
             let others = others_than(curve.family.as_deref().and_then(named));
@@ -117,6 +118,16 @@ impl Diagnosis<'_> {
                 !self.criteria().harms_elsewhere(drop)
             }
         })
+    }
+
+    /// Does the curve `e` of a model lower the held-out error as clearly as an effect of the list must? However many samples it fits: a free
+    /// shape fits something of every misfit.
+    fn is_clear(&self, fitted: &Fitted, e: usize) -> bool {
+        let effects = &fitted.model.effects;
+        let [before, after] =
+            [&remove(effects, e), effects].map(|all| held_out_residuals(&self.train, all, self.split));
+        let t = t_statistic(&improvement_by_case(&self.train, &before, &after));
+        self.criteria().lowers_clearly(self.drop_of(&before, &after), t, 0.0)
     }
 
     /// The `e`-th effect of the final model with its parameters, evidence and doubts.
@@ -393,8 +404,28 @@ mod tests {
     use crate::effects::State;
     use crate::effects::unnamed::{BEYOND, KNOTS};
     use crate::learn::diagnose::diagnosis::Options;
+    use crate::learn::diagnose::forms::FORM_ROUNDS;
     use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
+    use crate::learn::model::fit::fit;
     use crate::machine::wear::Lengths;
+
+    #[test]
+    fn a_curve_is_clear_enough_for_a_name_by_what_it_shows_on_data_left_out() {
+        // Every other block is cut at a higher speed, with a load larger by `share`.
+        let is_fast = |i: usize| (i / EACH).is_multiple_of(2);
+        let is_clear = |share: f64| {
+            let state = |i: usize| State { rps: if is_fast(i) { 150.0 } else { 90.0 }, ..State::default() };
+            let data = made(|i| if is_fast(i) { share } else { 0.0 }, 1.0, state);
+            let effect = named("unnamed-load-spindle-speed").unwrap();
+            let at = |k: usize| [90.0, 120.0].get(k).copied().unwrap_or(BEYOND);
+            let values = (0..KNOTS).map(at).chain(vec![1.0; KNOTS]).chain([1.0]).collect();
+            let free = (0..=2 * KNOTS).map(|k| k == KNOTS + 1).collect();
+            let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
+            let fitted = fit(&data, &[FittedEffect { effect, values, free }], FORM_ROUNDS).unwrap();
+            begun(&data, &split, &options, 1.0).is_clear(&fitted, 0)
+        };
+        assert_eq!([0.001, 0.02].map(is_clear), [false, true]);
+    }
 
     #[test]
     fn of_tools_it_says_which_and_of_several_levels_where_the_highest_and_the_lowest_are() {
