@@ -1,5 +1,6 @@
-//! Time stamps of logs. In: a cell. Out: seconds: a plain number unchanged; a date and time (ISO 8601 or
-//! day.month.year) since 1970; a time of day since midnight, continued over midnight within a column.
+//! Time stamps of logs. In: a cell. Out: seconds: a plain number unchanged; a date and time (ISO 8601, day.month.year, month/day/year or
+//! year/month/day) since 1970; a time of day since midnight, of 24 hours or of twelve with AM and PM, continued over midnight within a column.
+//! A column that counts thousandths, millionths or billionths of a second from 1970 is recognised by its size.
 
 use jiff::Timestamp;
 use jiff::civil::{Date, DateTime, Time};
@@ -28,21 +29,55 @@ pub fn stamp_s(text: &str) -> Option<f64> {
     Some(stamp.as_second() as f64 + f64::from(stamp.subsec_nanosecond()) * 1e-9)
 }
 
-/// A date and time like `23.11.2026 12:34:56.7`.
+/// A date and time like `23.11.2026 12:34:56.7`, `11/23/2026 12:34:56 PM` or `2026/11/23 12:34:56`. With strokes the month comes before the day
+/// unless it cannot be one: which of the two is meant changes the time between two readings at the end of a month only.
 fn day_first(text: &str) -> Option<DateTime> {
     let (date, time) = text.split_once([' ', 'T'])?;
-    let parts: Vec<i16> = date.split('.').map(|part| part.parse().ok()).collect::<Option<_>>()?;
-    let [day, month, year] = parts[..] else { return None };
+    let with_strokes = date.contains('/');
+    let parts: Vec<i16> = date.split(['.', '/']).map(|part| part.parse().ok()).collect::<Option<_>>()?;
+    let [day, month, year] = match parts[..] {
+        [year, month, day] if with_strokes && year > 31 => [day, month, year],
+        [month, day, year] if with_strokes && month <= 12 => [day, month, year],
+        [day, month, year] => [day, month, year],
+        _ => return None,
+    };
     let date = Date::new(year, i8::try_from(month).ok()?, i8::try_from(day).ok()?).ok()?;
-    Some(date.to_datetime(time.trim().parse::<Time>().ok()?))
+    Some(date.to_datetime(time_of_day(time)?))
 }
 
-/// Seconds since midnight from a time like `12:34:56.7` or `12:34:56,7`.
+/// A time of day like `12:34:56.7`, or `1:34:56 PM`: 12 AM is midnight, 12 PM noon.
+fn time_of_day(text: &str) -> Option<Time> {
+    let text = text.trim().to_ascii_lowercase();
+    let half = [("am", 0), ("pm", 12)].into_iter().find_map(|(half, add)| Some((text.strip_suffix(half)?, add)));
+    let Some((clock, add)) = half else { return text.parse().ok() };
+    let clock = clock.trim();
+    let clock = if clock.find(':') == Some(1) { format!("0{clock}") } else { clock.to_owned() };
+    let time = clock.parse::<Time>().ok().filter(|time| (1..=12).contains(&time.hour()))?;
+    time.with().hour(time.hour() % 12 + add).build().ok()
+}
+
+/// Seconds since midnight from a time like `12:34:56.7`, `12:34:56,7` or `1:34:56 PM`.
 fn clock_s(text: &str) -> Option<f64> {
     let text = text.trim().replace(',', ".");
-    let time = text.contains(':').then(|| text.parse::<Time>().ok())??;
+    let time = text.contains(':').then(|| time_of_day(&text))??;
     let whole = f64::from(time.hour()) * 3600.0 + f64::from(time.minute()) * 60.0 + f64::from(time.second());
     Some(whole + f64::from(time.subsec_nanosecond()) * 1e-9)
+}
+
+/// Seconds from 1970 to the year 5138: a greater count is of thousandths of a second, or of something smaller.
+const MOST_SECONDS: f64 = 1e11;
+
+/// Times in seconds of a column of numbers that may count smaller parts of a second from 1970, and what they were taken for if so.
+pub fn from_1970_s(times: Vec<f64>) -> (Vec<f64>, Option<&'static str>) {
+    let least = times.iter().copied().filter(|time| time.is_finite()).fold(f64::INFINITY, f64::min);
+    let parts = [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")];
+    let meant = parts.into_iter().find(|(per_second, _)| least.is_finite() && least / per_second < MOST_SECONDS);
+    match meant {
+        Some((per_second, name)) if least > MOST_SECONDS => {
+            (times.into_iter().map(|time| time / per_second).collect(), Some(name))
+        }
+        _ => (times, None),
+    }
 }
 
 /// Is a cell a date or time of day, and no plain number?
@@ -83,6 +118,35 @@ mod tests {
         for wrong in ["", "2017-02-30T19:03:08Z", "2017-02-02T25:03:08Z", "31.02.2017 10:00:00", "yesterday"] {
             assert_eq!(stamp_s(wrong), None, "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_count_from_1970_is_taken_for_the_part_of_a_second_that_it_must_be() {
+        let of = |first: f64| {
+            let (times, said) = from_1970_s(vec![f64::NAN, first, first * (1.0 + 1e-9)]);
+            (times[1], said)
+        };
+        // 21 November 2026; the last count of seconds, in the year 5138, and a thousandth of a second of 1973.
+        assert_eq!(of(1.795e9), (1.795e9, None));
+        assert_eq!(of(0.99e11), (0.99e11, None));
+        assert_eq!(of(1.01e11), (1.01e8, Some("milliseconds")));
+        assert_eq!(of(1.795e12), (1.795e9, Some("milliseconds")));
+        assert_eq!(of(1.795e15), (1.795e9, Some("microseconds")));
+        assert_eq!(of(1.795e18), (1.795e9, Some("nanoseconds")));
+        assert_eq!(from_1970_s(vec![f64::NAN]).1, None);
+    }
+
+    #[test]
+    fn clocks_of_twelve_hours_and_dates_with_strokes_are_read() {
+        let clock = |text: &str| clock_s(text).map(|seconds| seconds / 3600.0);
+        let noon = ["12:00:00 AM", "1:30:00 am", "12:00:00 PM", "11:30:00PM"].map(clock);
+        assert_eq!(noon, [Some(0.0), Some(1.5), Some(12.0), Some(23.5)]);
+        assert_eq!(["13:00:00 PM", "0:30:00 AM", "PM"].map(clock), [None; 3]);
+        let day = stamp_s("2017-02-03T19:03:08.25Z");
+        for text in ["2/3/2017 7:03:08.25 PM", "02/03/2017 19:03:08.25", "2017/02/03 19:03:08.25"] {
+            assert_eq!(stamp_s(text), day, "{text}");
+        }
+        assert_eq!(stamp_s("23/11/2026 10:00:00"), stamp_s("2026-11-23T10:00:00Z"));
     }
 
     #[test]
