@@ -55,7 +55,22 @@ fn read_as(
         log.warnings.extend(gaps::in_words(&gaps::gaps(&log.time_s)));
     }
     log.warnings.extend(oddities::of(&log));
+    log.warnings.extend(not_used(&frame).filter(|_| kind == Kind::Table));
     Ok(log)
+}
+
+/// Columns with numbers that have no meaning here, in words: a load under a name of its own would otherwise be missed in silence.
+fn not_used(frame: &Frame) -> Option<String> {
+    let is_unknown = |name: &&String| {
+        !names::is_ours(name) && frame.numbers(name).is_some_and(|of| of.iter().any(|v| v.is_finite()))
+    };
+    let unknown: Vec<&str> = frame.names().iter().filter(is_unknown).map(String::as_str).collect();
+    (!unknown.is_empty()).then(|| {
+        format!(
+            "columns that are not used: {}; --columns THEIRS=OURS gives one a meaning, and `feedwright log` proposes some",
+            unknown.join(", ")
+        )
+    })
 }
 
 /// What kind of file a log is.
@@ -190,6 +205,16 @@ fn ordered(time: &[f64], warnings: &mut Vec<String>) -> Result<Vec<usize>, DataE
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_column_of_numbers_without_a_meaning_is_said() {
+        let said = |header: &str| {
+            let rows = (0..40).map(|k| format!("{k},{},7", 500 + k % 3)).collect::<Vec<_>>().join("\n");
+            read_log(format!("{header}\n{rows}").as_bytes(), &[]).unwrap().warnings
+        };
+        assert!(said("time_s,spindle_power_w,vibration")[0].contains("not used: vibration;"));
+        assert!(said("time_s,spindle_power_w,group").is_empty());
+    }
 
     #[test]
     fn odd_clocks_are_said() {
