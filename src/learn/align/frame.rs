@@ -4,11 +4,13 @@
 //! Each axis gives up to three guesses of the shift: differences of the minima, of the medians and of the maxima of log
 //! and path. The guess under which most positions lie near the path is refined by least squares: for a position p whose
 //! nearest point of the path is q, on a line along t, the shift δ minimises Σ |(I − t tᵀ)(p − δ − q)|². It is accepted
-//! if with it nearly all positions lie on the path, and without it few.
+//! if with it nearly all positions lie on the path, and without it few. Positions in inches are found the same way: as they are written few lie
+//! on the path, and times 25.4 nearly all do, with a shift or without.
 
 use crate::learn::log::Log;
 use crate::learn::program::timeline::Timeline;
 use crate::path::Vec3;
+use crate::units::MM_PER_INCH;
 
 /// Distance within which a position lies on the path, mm: as in the alignment; and near it, for a guess: about the
 /// distance between two samples, as corners are rarely sampled exactly.
@@ -48,8 +50,26 @@ pub fn shift_mm(log: &Log, timeline: &Timeline) -> Option<Vec3> {
     (share_within(&places, &path, found, ON_PATH_MM) >= IN_FRAME).then_some(found)
 }
 
-/// Subtracts the shift from the positions of a log, with a warning.
+/// The positions of a log in millimetres if they are inches, which its header does not say.
+fn from_inches(log: &Log, timeline: &Timeline) -> Option<[Vec<f64>; 3]> {
+    let path: Vec<(Vec3, Vec3)> = timeline.spots.iter().filter(|s| s.length_mm > 0.0).map(|s| (s.from, s.to)).collect();
+    let axes = log.position_mm.as_ref().filter(|_| !path.is_empty())?;
+    let scaled = [0, 1, 2].map(|axis| axes[axis].iter().map(|inches| inches * MM_PER_INCH).collect::<Vec<f64>>());
+    let times = Log { time_s: log.time_s.clone(), position_mm: Some(scaled), ..Log::default() };
+    let share = |log: &Log| share_within(&places(log).unwrap_or_default(), &path, Vec3::zeros(), ON_PATH_MM);
+    let [as_written, as_inches] = [log, &times].map(share);
+    // The few millimetres that inches of a small part are may lie on the path too, if not as well.
+    let is_here = as_inches >= IN_FRAME && as_inches > as_written;
+    let is_found = is_here || (as_written < ELSEWHERE && shift_mm(&times, timeline).is_some());
+    is_found.then_some(times.position_mm).flatten()
+}
+
+/// Subtracts the shift from the positions of a log, with a warning; positions in inches become millimetres first.
 pub fn in_work_frame(log: &mut Log, timeline: &Timeline) {
+    if let Some(axes) = from_inches(log, timeline) {
+        log.position_mm = Some(axes);
+        log.warnings.push("the positions are inches: times 25.4 they lie on the path of the program".to_owned());
+    }
     let Some(shift) = shift_mm(log, timeline) else { return };
     if let Some(axes) = &mut log.position_mm {
         for (axis, by) in axes.iter_mut().zip(shift.iter()) {
@@ -202,6 +222,24 @@ mod tests {
         in_work_frame(&mut machine, &timeline);
         assert!(machine.warnings[0].contains("X -312.417 Y +148.200 Z -95.050"), "{:?}", machine.warnings);
         assert_eq!(shift_mm(&machine, &timeline), None);
+    }
+
+    #[test]
+    fn positions_in_inches_are_found_in_the_work_frame_and_elsewhere_and_others_are_left() {
+        let timeline = timeline();
+        let read = |shift: Vec3, unit_mm: f64| {
+            let mut log = log(&timeline, shift, 0.0);
+            log.position_mm.iter_mut().flatten().flatten().for_each(|value| *value /= unit_mm);
+            let first = log.position_mm.as_ref().unwrap()[0][0];
+            in_work_frame(&mut log, &timeline);
+            let is_said = log.warnings.iter().any(|warning| warning.contains("inches"));
+            (log.position_mm.unwrap()[0][0] - first, is_said)
+        };
+        let (by, is_said) = read(Vec3::zeros(), 25.4);
+        assert!((by + 10.0 - 10.0 / 25.4).abs() < 0.05 && is_said, "{by}");
+        assert!(read(Vec3::new(-312.4, 148.2, -95.0), 25.4).1);
+        assert_eq!(read(Vec3::zeros(), 1.0), (0.0, false));
+        assert!(!read(Vec3::zeros(), 10.0).1 && !read(Vec3::new(40.0, -7.3, 120.0), 1.0).1);
     }
 
     #[test]
