@@ -67,7 +67,7 @@ fn plan_for(triangles: &Triangles, shape: Shape, scallop_mm: f64, shallowest_deg
 }
 
 fn heights(plan: &Plan) -> Vec<f64> {
-    plan.passes.iter().map(|pass| pass.level_mm.unwrap()).collect()
+    plan.passes.iter().filter_map(|pass| pass.level_mm).collect()
 }
 
 /// On a cone the section across the passes is a straight line of the slope θ: for a scallop h of a corner of radius r passes lie
@@ -90,11 +90,8 @@ fn steps_down_a_cone_are_those_of_the_closed_form() {
             let spots = || plan.passes.iter().flat_map(|pass| pass.stretches.iter().flatten());
             let scallop = spots().map(|spot| spot.scallop_mm).fold(0.0, f64::max);
             println!("{shape:?} {slope_deg} degrees: {} passes, {scallop:.5} mm", heights.len());
-            assert!(scallop < 1.02 * h, "{shape:?} {slope_deg}: {scallop}");
+            assert!(scallop < 1.01 * h, "{shape:?} {slope_deg}: {scallop}");
             assert!(plan.passes.iter().all(|pass| pass.stretches.len() == 1));
-            // A strip of two least step-overs at the top, of half a step at the foot, where the middles go round at 13 mm.
-            let strips = (2.0 * 0.06 + 0.5 * (8.0 * r * h).sqrt()) * TAU * 13.0;
-            assert!(plan.strips_mm2 < strips, "{} {strips}", plan.strips_mm2);
         }
     }
 }
@@ -253,6 +250,56 @@ fn the_scallop_of_a_dome_is_held_in_the_swept_volume() {
     assert!(deepest_mm(&mesh, Shape::ball(3.0), &tips) < GOUGE_MM);
 }
 
+/// Ground whose ends are at no one height is finished to its ends: a cone between wavy rims, a slope whose corners point uphill and downhill, a
+/// wall between a flat top and a floor. Every point that the tool reaches, up to the rims, is left with no more than the scallop limit and what
+/// facets lie within the surface.
+#[test]
+fn steep_ground_is_finished_to_its_ends() {
+    type Point = [f64; 3];
+    let about = |radius: f64, z: f64, u: f64| [radius * (-TAU * u).cos(), radius * (-TAU * u).sin(), z];
+    let wavy = |u: f64, v: f64| -> Point {
+        let (sin, cos) = 50f64.to_radians().sin_cos();
+        let [top, foot] = [0.4 + 0.35 * (3.0 * TAU * u).cos(), 4.0 + 0.4 * (2.0 * TAU * u).cos()];
+        let side = top + v * (foot - top);
+        about(6.0 + side * cos, -side * sin, u)
+    };
+    let slope = |u: f64, v: f64| -> Point { [10.0 * u, 8.0 * v, -8.0 * u - 2.0 * v] };
+    // From 1 mm about the middle over a flat top of 5 mm radius down a wall of 60 degrees and out on a floor.
+    let run_mm = 4.0 / 60f64.to_radians().tan();
+    let wall = |u: f64, v: f64| -> Point {
+        match 3.0 * v {
+            v if v <= 1.0 => about(1.0 + 4.0 * v, 0.0, u),
+            v if v <= 2.0 => about(5.0 + run_mm * (v - 1.0), -4.0 * (v - 1.0), u),
+            v => about(5.0 + run_mm + 6.0 * (v - 2.0), -4.0, u),
+        }
+    };
+    // The tool touches the wall no lower than 3 (1 − cos 60) above the floor: 2.5 of 4 mm down it.
+    let cases: [(&str, &dyn Fn(f64, f64) -> Point, [usize; 2], [f64; 2]); 3] = [
+        ("wavy", &wavy, [240, 24], [0.0, 1.0]),
+        ("slope", &slope, [4, 4], [0.0, 1.0]),
+        ("wall", &wall, [200, 30], [1.0 / 3.0, (1.0 + 2.45 / 4.0) / 3.0]),
+    ];
+    for (what, at, cells, [from, to]) in cases {
+        let words = ["--feed", "960", "--reference-force", "50"];
+        let run = Run::new(&surfaces::sheet(cells, at), &words, str::to_owned).done();
+        let middles: Vec<Vec3> = run.tips(0.02).iter().map(|tip| tip + 3.0 * Vec3::z()).collect();
+        let left = |k: u32| {
+            let (u, v) = (f64::from(k) * 0.754_877_666 % 1.0, f64::from(k) * 0.569_840_291 % 1.0);
+            // A third of the points lie on the two ends.
+            let v = [from + v * (to - from), if v < 0.5 { from } else { to }][usize::from(k % 3 == 0)];
+            let p = Vec3::from(at(u, v));
+            (middles.iter().map(|middle| (middle - p).norm_squared()).fold(f64::INFINITY, f64::min).sqrt() - 3.0, p)
+        };
+        let (most, p) = (1..3000).map(left).reduce(|a, b| if b.0 > a.0 { b } else { a }).unwrap();
+        println!("{what}: {most:.5} mm left at {p:.3?}\n{}", String::from_utf8_lossy(&run.out.stdout));
+        // 13 mm about the middle facets of 1.5 degrees lie 0.0011 mm within.
+        assert!(most < 0.0101 + 0.0011, "{what}: {most} mm left at {p:?}");
+        let said = &run.report()["varying"]["left"];
+        assert!(said["beyond_mm2"] == 0.0 && said["uncut_mm2"] == 0.0, "{what}: {said}");
+        assert!(deepest_mm(&surfaces::sheet(cells, at), Shape::ball(3.0), &run.tips(0.05)) < GOUGE_MM, "{what}");
+    }
+}
+
 /// Two tops of one part: one is finished down to the saddle, then the other, then what lies below both; so the tool goes up to the
 /// safe height once for each of them, not once for each level.
 #[test]
@@ -274,7 +321,7 @@ fn one_top_is_finished_before_the_next_one() {
     let passes = report["passes"].as_array().unwrap();
     println!("{} passes, {retracts} retracts\n{}", passes.len(), String::from_utf8_lossy(&run.out.stdout));
     // Heights fall, rise once to the second top, and fall.
-    let heights: Vec<f64> = passes.iter().map(|pass| pass["z_mm"].as_f64().unwrap()).collect();
+    let heights: Vec<f64> = passes.iter().filter_map(|pass| pass["z_mm"].as_f64()).collect();
     let first_saddle = heights.windows(2).filter(|two| two[1] > two[0] + 2.0).count();
     assert_eq!(first_saddle, 1, "{heights:?}");
     assert!(passes.len() >= 10 && retracts <= 1 + passes.len() / 3, "{} passes, {retracts}\n{text}", passes.len());

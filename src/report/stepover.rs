@@ -181,12 +181,15 @@ fn unmet(program: &Program, answer: &Answer) -> Vec<String> {
             beyond_percent(plan, limit_mm)
         ));
     }
-    // Passes of one height leave out what is said of them.
-    if answer.left_out.is_none() && program.left.uncut_mm2 > 0.0 {
+    let left = &program.left;
+    if left.beyond_mm2 > 0.0 {
         unmet.push(format!(
-            "no pass cuts {:.2} mm2 of the surface that the tool reaches, as at {}",
-            program.left.uncut_mm2,
-            place_words(program.left.at.into())
+            "more than the scallop limit of {limit_mm} mm stays on {:.2} mm2 of the surface that the tool reaches, {:.4} mm at most at \
+             {}; no pass cuts {:.2} mm2 of it",
+            left.beyond_mm2,
+            left.most_mm,
+            place_words(left.at.into()),
+            left.uncut_mm2
         ));
     }
     unmet
@@ -429,13 +432,12 @@ pub fn stepover_words(answer: &Answer) -> String {
             left.uncut_mm2
         );
     }
-    if let Some(LeftOutRow { shallower_than_deg, shallow_mm2, shallow_percent, strips_mm2 }) =
-        answer.left_out.as_ref().map(left_out)
-    {
+    let left_out = answer.left_out.as_ref().map(left_out).filter(|row| row.shallow_mm2 > 0.0);
+    if let Some(LeftOutRow { shallower_than_deg, shallow_mm2, shallow_percent, .. }) = left_out {
         let _ = writeln!(
             text,
-            "left out  {shallow_mm2:.1} mm2 ({shallow_percent:.1} %) of the surface, shallower than {shallower_than_deg:.1} degrees: add \
-             parallel passes there; and {strips_mm2:.1} mm2 of strips at its ends, narrower than a step"
+            "left out  {shallow_mm2:.1} mm2 ({shallow_percent:.1} %) of the surface, shallower than {shallower_than_deg:.1} degrees: no pass \
+             is planned there; add parallel passes, or lower --shallowest"
         );
     }
     if let Some(rival) = &answer.constant {

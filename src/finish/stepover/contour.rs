@@ -6,14 +6,16 @@
 //! Δz = H(p) − H(p + s·side),
 //!
 //! H the height of the tip. The next level is lower by the least Δz of all places whose step stays on descending steep
-//! ground. If the steep ground ends, so that no place of a pass can make the whole step, the remainder gets a level on
+//! ground. It is not so low either that a place between the two, at which steep ground begins, is farther above it than such a
+//! step. If the steep ground ends, so that no place of a pass can make the whole step, the remainder gets a level on
 //! its edge if it is wider than half the step-over before it. Each curve of a level is a pass of its own, cut after
 //! those above it. Closed ones run with the surface on their right (climb milling with M3); open ones alternate their
-//! direction.
+//! direction. What they leave where steep ground ends is cut along its ends ([`ends`](super::ends)).
 //!
 //! Step-over and least step-over are measured along the surface here, because seen from above they vanish on a wall.
 
 use super::drop::Contact;
+use super::ends::{self, End};
 use super::levels::{Curve, downhill};
 use super::order::{LevelStretch, order};
 use super::passes::{Constant, Pass, Plan, Requirements, Spot, StepLimit, bound, feed_for};
@@ -83,27 +85,48 @@ pub fn plan(on_surface: &ToolOnSurface, steep: &Steep, required: &Requirements) 
     let (mut strands, mut before): (Vec<LevelStretch>, Option<(Level, Vec<StepLimit>)>) = (Vec::new(), None);
     let (mut places, mut beyond) = (0usize, 0usize);
     let top = |below_mm: f64| steep.highest_below(on_surface.dropper, below_mm);
+    let borders = ends::borders(on_surface, steep, required.bounds.scallop_mm);
+    let begins: Vec<End> = borders.iter().flat_map(|border| ends::of(on_surface, border)).collect();
     // At the very top only single points are steep: start the least step below.
     let mut next = top(f64::INFINITY).map(|top| top - least_mm);
     while let Some(height_mm) = next {
-        let level =
-            add_level((on_surface, steep, required), height_mm, before.as_ref(), &mut strands, &mut plan.strips_mm2);
+        let level = add_level((on_surface, steep, required), height_mm, before.as_ref(), &mut strands);
         let mut below: Vec<Below> = (0..level.spots.len())
             .into_par_iter()
-            .filter_map(|k| allowed((on_surface, steep, required), (&level, k)))
+            .filter_map(|k| allowed((on_surface, steep, required), level.spots[k].0.at, k))
             .collect();
         lengths(&level, &mut below);
         places += below.len();
         beyond += below.iter().filter(|place| is_beyond(place)).count();
-        for (k, least) in plan.everywhere_mm.iter_mut().enumerate() {
-            let whole = below.iter().filter(|place| !is_beyond(place) && place.whole[k]);
-            *least = [whole.map(|place| place.steps[k].0).fold(least[0], f64::min); 2];
-        }
+        let mut everywhere = |below: &[Below]| {
+            for (k, least) in plan.everywhere_mm.iter_mut().enumerate() {
+                let whole = below.iter().filter(|place| !is_beyond(place) && place.whole[k]);
+                *least = [whole.map(|place| place.steps[k].0).fold(least[0], f64::min); 2];
+            }
+        };
+        everywhere(&below);
         let step = chosen(&level, &below, required).map(|k| {
             settle(on_surface, &level, &mut below, (required, k));
             (k, step_down(&level, &below, k).unwrap_or(least_mm).max(least_mm))
         });
-        plan.strips_mm2 += strips_mm2(&below, step.map(|(_, step)| step));
+        // Steep ground that begins on the way is no farther above the next level than a step.
+        let step = step.map(|(k, step_mm)| {
+            if required.constant.is_some() {
+                return (k, step_mm);
+            }
+            let low_mm = height_mm - step_mm;
+            let between = begins.par_iter().filter(|end| (low_mm..height_mm).contains(&end.tip_mm));
+            let from: Vec<(f64, Below)> = between
+                .filter_map(|end| Some((end.tip_mm, allowed((on_surface, steep, required), end.at, 0)?)))
+                .filter(|(_, place)| place.whole[k])
+                .collect();
+            let down_to =
+                from.iter().map(|(tip_mm, place)| tip_mm - place.steps[k].0.max(least_mm)).fold(low_mm, f64::max);
+            let from: Vec<Below> =
+                from.into_iter().filter(|(tip_mm, _)| *tip_mm > down_to).map(|(_, place)| place).collect();
+            everywhere(&from);
+            (k, height_mm - down_to)
+        });
         let limits = limits(on_surface, &level, &below, step);
         next = if let Some((_, step_mm)) = step {
             Some(height_mm - step_mm).filter(|_| top(height_mm).is_some())
@@ -114,10 +137,11 @@ pub fn plan(on_surface: &ToolOnSurface, steep: &Steep, required: &Requirements) 
         before = Some((level, limits));
     }
     plan.out_of_reach = beyond as f64 / places.max(1) as f64;
-    plan.passes = order(strands)
-        .into_iter()
-        .map(|strand| Pass { stretches: vec![strand.spots], back: false, level_mm: Some(strand.height_mm) })
-        .collect();
+    let mut strands = order(strands, None);
+    let last = strands.last().and_then(|strand| strand.spots.last()).map(|spot| spot.at);
+    strands.extend(order(ends::stretches(on_surface, required, &borders, &strands), last));
+    let pass = |strand: LevelStretch| Pass { stretches: vec![strand.spots], back: false, level_mm: strand.level_mm };
+    plan.passes = strands.into_iter().map(pass).collect();
     plan
 }
 
@@ -126,13 +150,12 @@ fn is_beyond(place: &Below) -> bool {
     place.steps.iter().all(|(_, limit)| *limit == StepLimit::Least)
 }
 
-/// Adds the stretches of a level; the area of strips above it without a pass is added to `strips_mm2`.
+/// Adds the stretches of a level.
 fn add_level(
     (on_surface, steep, required): (&ToolOnSurface, &Steep, &Requirements),
     height_mm: f64,
     before: Option<&(Level, Vec<StepLimit>)>,
     strands: &mut Vec<LevelStretch>,
-    strips_mm2: &mut f64,
 ) -> Level {
     let mut level = Level { spots: Vec::new(), height_mm };
     for Curve { mut points, closed } in steep.stretches(on_surface.dropper, height_mm) {
@@ -151,19 +174,12 @@ fn add_level(
             spot_at((on_surface, required), (*p, height_mm), (above, limit(above)), sign)
         };
         let spots: Vec<Spot> = points.par_iter().zip(&uphill).filter_map(spot).collect();
-        *strips_mm2 += uphill.iter().map(|above| above.strip_mm).sum::<f64>() * mean_apart_mm(&points);
         parents.sort_unstable();
         parents.dedup();
         level.spots.extend(spots.iter().map(|spot| (*spot, strands.len())));
-        strands.push(LevelStretch { spots, closed, back, parents, height_mm });
+        strands.push(LevelStretch { spots, closed, back, parents, level_mm: Some(height_mm) });
     }
     level
-}
-
-/// Mean distance of points along a curve, mm.
-fn mean_apart_mm(points: &[[f64; 2]]) -> f64 {
-    let whole: f64 = points.windows(2).map(|two| (two[1][0] - two[0][0]).hypot(two[1][1] - two[0][1])).sum();
-    whole / points.len().saturating_sub(1).max(1) as f64
 }
 
 /// The pass or the end of the surface uphill of a place.
@@ -172,8 +188,6 @@ struct Above {
     pass: Option<([f64; 2], usize)>,
     /// Without a pass: the end of the surface, if it is near, mm.
     end: Option<Vec3>,
-    /// Without a pass: width of the steep ground up to its end, along the surface, mm.
-    strip_mm: f64,
 }
 
 /// Searches uphill from a place for the pass above.
@@ -183,7 +197,7 @@ fn above(
     height_mm: f64,
     before: Option<&Level>,
 ) -> Above {
-    let none = Above { pass: None, end: None, strip_mm: 0.0 };
+    let none = Above { pass: None, end: None };
     let Some(contact) = on_surface.dropper.drop(p) else { return none };
     let Some(down) = downhill(&contact) else { return none };
     let at = |by_mm: f64| [0, 1].map(|axis| p[axis] - by_mm * down[axis]);
@@ -206,15 +220,13 @@ fn above(
             // The level curve exists there, but there may be no pass: passes end, and short stretches are left out.
             let there = nearest.filter(|k| far(k) < 0.5 * on_surface.shape().radius_mm());
             if let Some(there) = there {
-                return Above { pass: Some((place, there)), ..none };
+                return Above { pass: Some((place, there)), end: None };
             }
         }
     }
     let whole = |by_mm: f64| drop(by_mm).is_some_and(|contact| !contact.rim);
     let end = (!whole(far_mm)).then(|| bisect(whole, 0.0, far_mm, HALVINGS)[0]);
-    let wide_mm = if on(far_mm) { far_mm } else { bisect(on, 0.0, far_mm, HALVINGS)[0] };
-    let end = end.and_then(drop).map(|contact| contact.point);
-    Above { pass: None, end, strip_mm: wide_mm / contact.normal.z.max(UPRIGHT) }
+    Above { pass: None, end: end.and_then(drop).map(|contact| contact.point) }
 }
 
 /// A spot of a pass with its loads; `sign`: −1 with the higher ground on its left.
@@ -246,12 +258,12 @@ fn spot_at(
     Some(Spot { at, step_mm, feed_mm_s, force_n, scallop_mm: here.scallop_mm, beside: before, limit, tip })
 }
 
-/// Allowed steps from a spot to the level below.
+/// Allowed steps from a place, that of a spot, to the level below.
 fn allowed(
     (on_surface, steep, required): (&ToolOnSurface, &Steep, &Requirements),
-    (level, spot): (&Level, usize),
+    p: [f64; 2],
+    spot: usize,
 ) -> Option<Below> {
-    let p = level.spots[spot].0.at;
     let contact = on_surface.dropper.drop(p)?;
     let down = downhill(&contact)?;
     let ways = [heading(down), down];
@@ -372,15 +384,6 @@ fn is_cut_short(on_surface: &ToolOnSurface, level: &Level, place: &Below, step_m
     let by_mm = step_mm / place.slope + meets_mm * contact.normal.z;
     let there = on_surface.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * place.ways[1][axis]));
     there.is_none_or(|contact| contact.rim)
-}
-
-/// Area along the surface of strips where the steep ground ends before the next level, mm².
-fn strips_mm2(below: &[Below], step_mm: Option<f64>) -> f64 {
-    let strip = |place: &Below| {
-        let [over, down] = place.end_mm.filter(|[_, down]| step_mm.is_none_or(|step| *down < step))?;
-        Some(over.hypot(down) * place.length_mm)
-    };
-    below.iter().filter_map(strip).sum()
 }
 
 /// The plan of the largest constant step down that keeps force and scallop at all places of the varying plan, at its

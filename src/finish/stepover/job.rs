@@ -138,7 +138,7 @@ pub struct LeftOut {
     pub machined_mm2: f64,
     /// The part of it with less slope, mm².
     pub shallow_mm2: f64,
-    /// Area of strips narrower than a step at the upper and lower ends, mm².
+    /// Area of the steeper part, where the tool reaches it, on which more is left than the scallop limit, mm².
     pub strips_mm2: f64,
 }
 
@@ -326,7 +326,7 @@ pub fn run(
         (least_with_force - least) / (PRICE * reference_n),
         (least_with_scallop - least) / (PRICE * 1e3 * bounds.scallop_mm),
     ];
-    let left_out = left_out.map(|left| LeftOut { strips_mm2: varying.plan.strips_mm2, ..left });
+    let left_out = left_out.map(|left| LeftOut { strips_mm2: varying.left.beyond_mm2, ..left });
     let varying = finish(varying)?;
     Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, left_out, notes })
 }

@@ -109,7 +109,7 @@ impl Places {
         stock_mm: &(dyn Fn(&Contact) -> f64 + Sync),
         [tolerance_mm, most_z, limit_mm]: [f64; 3],
     ) -> Left {
-        let near = Near::new(curves);
+        let near = Near::new(curves, reach_mm(self.shape, limit_mm));
         let (sin, cos) = angle_rad.sin_cos();
         let turned = |p: Vec3| Vec3::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y, p.z);
         let height = |place: &&Place| {
@@ -164,8 +164,14 @@ fn touching(shape: Shape, point: Vec3, normal: Vec3) -> Vec3 {
     point + shape.corner_mm * (normal - Vec3::z()) + flat
 }
 
+/// How far from where it would touch a point the tool may pass, if no more than a limit is to stay there, mm: over a plane, and as far
+/// again as hollow ground is wider.
+pub fn reach_mm(shape: Shape, limit_mm: f64) -> f64 {
+    2.0 * (shape.flat_mm + (2.0 * shape.corner_mm * limit_mm).sqrt()).min(shape.radius_mm())
+}
+
 /// Distance of a point from the end of the tool along the motions near it, mm; infinite if there are none.
-fn distance_mm(near: &Near, shape: Shape, point: Vec3, normal: Vec3) -> f64 {
+pub fn distance_mm(near: &Near, shape: Shape, point: Vec3, normal: Vec3) -> f64 {
     let centre = point - shape.corner_mm * Vec3::z();
     let closest = |curve: &Curve| {
         let mut tip = near_on(curve, centre);

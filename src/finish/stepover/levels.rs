@@ -1,5 +1,6 @@
-//! Level curves of the height of the tip. In: the drop-cutter of a surface, a height. Out: curves in the plane, each
-//! with the higher ground on its right; closed, except those that leave the grid.
+//! Level curves of the height of the tip, and borders of ground of one kind. In: the drop-cutter of a surface, a height or a
+//! condition. Out: curves in the plane, each with the higher ground, or that of the kind, on its right; closed, except those that
+//! leave the grid.
 //!
 //! The tip heights are computed on a grid. If two neighbouring nodes lie on opposite sides of the level, the crossing
 //! between them is found with the drop-cutter itself. Crossings within a cell are joined in pairs (marching squares;
@@ -28,7 +29,10 @@ pub struct Grid {
     nodes: Vec<Option<Contact>>,
 }
 
-/// A curve of one height.
+/// What is positive on the ground that curves go round.
+type Value<'a> = &'a (dyn Fn(Option<&Contact>) -> f64 + Sync);
+
+/// A curve in the plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     /// Its points, mm; the first of a closed one is not repeated.
@@ -66,11 +70,23 @@ impl Grid {
         [0, 1].map(|axis| self.low[axis] + at[axis] as f64 * self.cell_mm)
     }
 
-    /// The curves at a height.
+    /// The curves at a height, on the lower side.
     pub fn curves(&self, dropper: &Dropper, level_mm: f64) -> Vec<Curve> {
-        let mut links = self.links(level_mm);
+        let above = |contact: Option<&Contact>| contact.map_or(f64::NEG_INFINITY, |contact| contact.tip_mm - level_mm);
+        self.round(dropper, &above, false)
+    }
+
+    /// The borders of the ground on which a condition holds, on that ground.
+    pub fn borders(&self, dropper: &Dropper, holds: &(dyn Fn(&Contact) -> bool + Sync)) -> Vec<Curve> {
+        let on = |contact: Option<&Contact>| if contact.is_some_and(holds) { 1.0 } else { -1.0 };
+        self.round(dropper, &on, true)
+    }
+
+    /// The curves round the ground on which a value is positive, on it or just beside it.
+    fn round(&self, dropper: &Dropper, value: Value, on_it: bool) -> Vec<Curve> {
+        let mut links = self.links(value);
         links.sort_unstable();
-        let crossing = |edge: u32| self.crossing(dropper, edge, level_mm);
+        let crossing = |edge: u32| self.crossing(dropper, edge, (value, on_it));
         let mut edges: Vec<u32> = links.iter().flat_map(|(from, to)| [*from, *to]).collect();
         edges.sort_unstable();
         edges.dedup();
@@ -81,8 +97,8 @@ impl Grid {
         chains(&links).into_iter().map(curve).collect()
     }
 
-    /// Segments of the curves in each cell, from edge to edge, with the higher ground on the right.
-    fn links(&self, level_mm: f64) -> Vec<(u32, u32)> {
+    /// Segments of the curves in each cell, from edge to edge, with the ground of positive values on the right.
+    fn links(&self, value: Value) -> Vec<(u32, u32)> {
         let [wide, high] = self.count;
         let mut links = Vec::new();
         for j in 0..high - 1 {
@@ -91,12 +107,11 @@ impl Grid {
                 // Counter-clockwise about the cell: its corners, and the edge from each to the next.
                 let corners = [node, node + 1, node + wide + 1, node + wide];
                 let edges = [2 * node, 2 * (node + 1) + 1, 2 * (node + wide), 2 * node + 1];
-                // Off the surface the height is minus infinity.
-                let [a, b, c, d] = corners.map(|k| self.nodes[k].map_or(f64::NEG_INFINITY, |contact| contact.tip_mm));
-                let above = [a, b, c, d].map(|tip| tip > level_mm);
+                let [a, b, c, d] = corners.map(|k| value(self.nodes[k].as_ref()));
+                let above = [a, b, c, d].map(|value| value > 0.0);
                 let turns = |rising: bool| (0..4).filter(move |k| above[(k + 1) % 4] == rising && above[*k] != rising);
-                // In a saddle cell the mean height decides whether the high or the low corners are connected.
-                let middle_is_high = 0.25 * (a + b + c + d) > level_mm;
+                // In a saddle cell the mean decides whether the high or the low corners are connected.
+                let middle_is_high = a + b + c + d > 0.0;
                 for rise in turns(true) {
                     let after = |fall: &usize| (fall + 4 - rise) % 4;
                     let fall =
@@ -108,16 +123,16 @@ impl Grid {
         links
     }
 
-    /// Where the level crosses an edge of the grid, from the lower side.
-    fn crossing(&self, dropper: &Dropper, edge: u32, level_mm: f64) -> [f64; 2] {
+    /// Where the value changes its sign on an edge of the grid: the last place found where it is positive, or the first where it is not.
+    fn crossing(&self, dropper: &Dropper, edge: u32, (value, on_it): (Value, bool)) -> [f64; 2] {
         let node = edge as usize / 2;
         let other = node + if edge.is_multiple_of(2) { 1 } else { self.count[0] };
         let ends = [node, other].map(|k| self.place(k));
         let between = |t: f64| [0, 1].map(|axis| ends[0][axis] + t * (ends[1][axis] - ends[0][axis]));
-        let above = |t: f64| dropper.drop(between(t)).is_some_and(|contact| contact.tip_mm > level_mm);
-        let first_is_high = self.nodes[node].is_some_and(|contact| contact.tip_mm > level_mm);
+        let above = |t: f64| value(dropper.drop(between(t)).as_ref()) > 0.0;
+        let first_is_high = value(self.nodes[node].as_ref()) > 0.0;
         let (high, low) = if first_is_high { (0.0, 1.0) } else { (1.0, 0.0) };
-        between(bisect(above, high, low, HALVINGS)[1])
+        between(bisect(above, high, low, HALVINGS)[usize::from(!on_it)])
     }
 }
 

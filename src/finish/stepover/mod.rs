@@ -15,6 +15,7 @@ pub mod comparison;
 pub mod contour;
 pub mod drop;
 pub mod earlier;
+pub mod ends;
 pub mod fit;
 pub mod job;
 pub mod layout;

@@ -17,12 +17,12 @@ pub struct LevelStretch {
     pub back: bool,
     /// Numbers of the stretches directly above it.
     pub parents: Vec<usize>,
-    /// Height of the tip, mm.
-    pub height_mm: f64,
+    /// Height of the tip where it is one throughout, mm.
+    pub level_mm: Option<f64>,
 }
 
-/// The stretches in the order of cutting.
-pub fn order(strands: Vec<LevelStretch>) -> Vec<LevelStretch> {
+/// The stretches in the order of cutting, the first near a place.
+pub fn order(strands: Vec<LevelStretch>, from: Option<[f64; 2]>) -> Vec<LevelStretch> {
     let mut missing: Vec<usize> = strands.iter().map(|strand| strand.parents.len()).collect();
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); strands.len()];
     for (k, strand) in strands.iter().enumerate() {
@@ -30,7 +30,7 @@ pub fn order(strands: Vec<LevelStretch>) -> Vec<LevelStretch> {
     }
     let mut ready: Vec<usize> = (0..strands.len()).filter(|k| missing[*k] == 0).collect();
     let mut strands: Vec<Option<LevelStretch>> = strands.into_iter().map(Some).collect();
-    let (mut at, mut found): (Option<[f64; 2]>, Vec<LevelStretch>) = (None, Vec::new());
+    let (mut at, mut found): (Option<[f64; 2]>, Vec<LevelStretch>) = (from, Vec::new());
     while !ready.is_empty() {
         let far = |k: &usize| strands[*k].as_ref().map_or(f64::INFINITY, |strand| start(strand, at).1);
         let nearest =
@@ -87,7 +87,7 @@ mod tests {
             closed,
             back: false,
             parents: parents.to_vec(),
-            height_mm,
+            level_mm: Some(height_mm),
         }
     }
 
@@ -103,8 +103,8 @@ mod tests {
             strand(&round(20.0, 2.0), true, &[1], 8.0),
             strand(&round(10.0, 15.0), true, &[2, 3], 7.0),
         ];
-        let found = order(strands);
-        let heights: Vec<f64> = found.iter().map(|strand| strand.height_mm).collect();
+        let found = order(strands, None);
+        let heights: Vec<f64> = found.iter().filter_map(|strand| strand.level_mm).collect();
         assert_eq!(heights, [9.0, 8.0, 9.0, 8.0, 7.0]);
         assert!(found.iter().all(|strand| strand.spots.len() == 5 && strand.spots[0] == strand.spots[4]));
         assert_eq!(found[1].spots[0].at, [2.0, 0.0]);
@@ -114,10 +114,11 @@ mod tests {
     /// An open stretch starts at its first spot, wherever the tool is.
     #[test]
     fn a_stretch_with_ends_keeps_its_direction() {
-        let found = order(vec![
+        let strands = vec![
             strand(&[[0.0, 0.0], [5.0, 0.0]], false, &[], 9.0),
             strand(&[[0.0, 1.0], [5.0, 1.0]], false, &[0], 8.0),
-        ]);
+        ];
+        let found = order(strands, None);
         assert_eq!(found[1].spots[0].at, [0.0, 1.0]);
     }
 }

@@ -138,9 +138,6 @@ pub struct Plan {
     pub everywhere_mm: Vec<[f64; 2]>,
     /// Share of the places where even the least step-over exceeds the force.
     pub out_of_reach: f64,
-    /// Area of strips at the upper and lower ends of passes of one height, narrower than a step, that lie between no
-    /// two passes, mm².
-    pub strips_mm2: f64,
 }
 
 impl Plan {

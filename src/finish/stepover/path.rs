@@ -141,7 +141,7 @@ fn closer([from, to]: [Vec3; 2], dropper: &Dropper, within_mm: f64, out: &mut Ve
 
 /// Points of a pass of one height between the spots, so close that the curve deviates from its chords by less than
 /// [`SAMPLED`] of the tolerance.
-fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, StepLimit)> {
+pub fn finely_level(stretch: &[Spot], level_mm: f64, dropper: &Dropper, tolerance_mm: f64) -> Vec<(Vec3, StepLimit)> {
     let fine = fine_mm(dropper);
     let place = |p: [f64; 2]| {
         let Some(contact) = dropper.drop(p) else { return Vec3::new(p[0], p[1], level_mm) };

@@ -7,9 +7,10 @@ use super::reach::Place;
 use crate::numeric::bisect;
 use rayon::prelude::*;
 
-/// Shortest stretch, and longest gap of shallower ground that is bridged, in tool radii: about the length of a lead.
-/// Judgement.
+/// Longest gap of shallower ground that is bridged, in tool radii: about the length of a lead. Judgement.
 const SHORT: f64 = 1.0;
+/// Shortest stretch, mm: a digit of a program.
+const LEAST_MM: f64 = 1e-3;
 /// Largest distance to a neighbouring node, in sides of a cell: the diagonal.
 const NEXT: f64 = std::f64::consts::SQRT_2;
 /// Least distance of points of a curve, in sides of a cell.
@@ -27,9 +28,12 @@ pub struct Steep {
 
 /// Kind of ground under a point of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Under {
+pub enum Under {
+    /// Steep ground.
     Steep,
+    /// Shallower ground.
     Shallow,
+    /// The end of the surface.
     Rim,
 }
 
@@ -80,10 +84,53 @@ impl Steep {
 
     /// Stretches on it at a height, each with the higher ground on its right.
     pub fn stretches(&self, dropper: &Dropper, level_mm: f64) -> Vec<Curve> {
-        let short_mm = SHORT * dropper.shape().radius_mm();
+        let short_mm = short_mm(dropper);
         let curves = self.grid.curves(dropper, level_mm);
         let found = curves.into_iter().flat_map(|curve| self.cut(dropper, curve, level_mm, short_mm));
-        found.filter(|stretch| length_mm(stretch) >= short_mm).collect()
+        found.filter(|stretch| length_mm(stretch) >= LEAST_MM).collect()
+    }
+
+    /// Its borders, with it on their right and under their points; between these it ends within `within_mm` of the chord.
+    pub fn borders(&self, dropper: &Dropper, within_mm: f64) -> Vec<Curve> {
+        let fitted = |mut curve: Curve| {
+            thin(&mut curve.points, APART * self.grid.cell_mm());
+            let first = curve.points.first().copied().filter(|_| curve.closed);
+            let ends: Vec<[f64; 2]> = curve.points.iter().copied().chain(first).collect();
+            let between = |two: &[[f64; 2]]| {
+                let mut points = vec![two[0]];
+                self.closer([two[0], two[1]], dropper, within_mm, &mut points);
+                points
+            };
+            let last = ends.last().copied().filter(|_| !curve.closed);
+            let points: Vec<Vec<[f64; 2]>> = ends.par_windows(2).map(between).collect();
+            Curve { points: points.into_iter().flatten().chain(last).collect(), ..curve }
+        };
+        self.grid.borders(dropper, &|contact| self.holds(contact)).into_iter().map(fitted).collect()
+    }
+
+    /// Points of a border between two of its points, by repeated halving, until it lies within `within_mm` of its chords.
+    fn closer(&self, [a, b]: [[f64; 2]; 2], dropper: &Dropper, within_mm: f64, out: &mut Vec<[f64; 2]>) {
+        let [x, y] = [b[0] - a[0], b[1] - a[1]];
+        let apart = x.hypot(y);
+        if apart <= within_mm {
+            return;
+        }
+        let to_left = |by: f64| [0.5 * (a[0] + b[0]) - by * y / apart, 0.5 * (a[1] + b[1]) + by * x / apart];
+        let on = |by: f64| dropper.drop(to_left(by)).is_some_and(|contact| self.holds(&contact));
+        let far = 0.5 * apart;
+        let by = match [-far, 0.0, far].map(on) {
+            [_, true, true] => far,
+            [_, true, false] => bisect(on, 0.0, far, HALVINGS)[0],
+            [true, false, _] => bisect(on, -far, 0.0, HALVINGS)[0],
+            [false, false, _] => return,
+        };
+        if by.abs() <= within_mm {
+            return;
+        }
+        let middle = to_left(by);
+        self.closer([a, middle], dropper, within_mm, out);
+        out.push(middle);
+        self.closer([middle, b], dropper, within_mm, out);
     }
 
     /// The stretches of a curve.
@@ -129,8 +176,13 @@ impl Steep {
     }
 }
 
+/// Longest gap that is bridged, mm.
+pub fn short_mm(dropper: &Dropper) -> f64 {
+    SHORT * dropper.shape().radius_mm()
+}
+
 /// Keeps gaps of shallow ground (without rim) shorter than `short_mm` between two kept points.
-fn bridge(all: &[([f64; 2], Under)], kept: &mut [bool], closed: bool, short_mm: f64) {
+pub fn bridge(all: &[([f64; 2], Under)], kept: &mut [bool], closed: bool, short_mm: f64) {
     let count = all.len();
     let Some(first) = kept.iter().position(|kept| *kept) else { return };
     let (mut last, mut gap_mm, mut rim) = (first, 0.0, false);
@@ -149,7 +201,7 @@ fn bridge(all: &[([f64; 2], Under)], kept: &mut [bool], closed: bool, short_mm: 
 }
 
 /// Removes points closer than `apart_mm` to the one before, except the ends.
-fn thin(points: &mut Vec<[f64; 2]>, apart_mm: f64) {
+pub fn thin(points: &mut Vec<[f64; 2]>, apart_mm: f64) {
     let last = points.len().saturating_sub(1);
     let mut before: Option<[f64; 2]> = None;
     let mut number = 0;

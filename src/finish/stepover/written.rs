@@ -19,7 +19,7 @@ const CELLS: f64 = 1000.0;
 /// The plan with the scallops of the written motions instead of its own; `angle_rad`: from the frame of the plan to the
 /// work frame.
 pub fn with_scallops(on_surface: &ToolOnSurface, mut plan: Plan, curves: &[Curve], angle_rad: f64) -> Plan {
-    let near = Near::new(curves);
+    let near = Near::new(curves, 0.0);
     let turned = |p: Vec3, angle_rad: f64| {
         let (sin, cos) = angle_rad.sin_cos();
         Vec3::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y, p.z)
@@ -57,13 +57,13 @@ pub struct Near<'a> {
 }
 
 impl<'a> Near<'a> {
-    /// Sorts motions into cells.
-    pub fn new(curves: &'a [Curve]) -> Self {
+    /// Sorts motions into cells, so that those of a cell and the eight about it include all within `reach_mm` of a point of it.
+    pub fn new(curves: &'a [Curve], reach_mm: f64) -> Self {
         let bounds: Vec<(Vec3, Vec3)> = curves.iter().map(Curve::bounds).collect();
         let low = bounds.iter().map(|(low, _)| *low).reduce(|a, b| a.inf(&b)).unwrap_or_default();
         let high = bounds.iter().map(|(_, high)| *high).reduce(|a, b| a.sup(&b)).unwrap_or_default();
         let size = (high - low).xy();
-        let cell_mm = CELL_MM.max(size.amax() / CELLS);
+        let cell_mm = CELL_MM.max(reach_mm).max(size.amax() / CELLS);
         let count = [size.x, size.y].map(|side| (side / cell_mm) as usize + 1);
         let mut near =
             Self { curves, low: [low.x, low.y], cell_mm, count, cells: vec![Vec::new(); count[0] * count[1]] };
@@ -91,7 +91,7 @@ impl<'a> Near<'a> {
     }
 
     /// The point of the curves nearest to another, of those in its cell and the eight about it, and the tangent there.
-    fn nearest(&self, p: Vec3) -> Option<(Vec3, Vec3)> {
+    pub fn nearest(&self, p: Vec3) -> Option<(Vec3, Vec3)> {
         let places = self.about(p).map(|curve| {
             let s_mm = nearest_mm(curve, p);
             (curve, s_mm, (curve.point(s_mm) - p).norm())
@@ -144,11 +144,11 @@ mod tests {
     fn the_nearest_curve_is_found_by_its_cells() {
         let line = |y: f64| Curve::Line { from: Vec3::new(0.0, y, 0.0), to: Vec3::new(30.0, y, 3.0) };
         let curves: Vec<Curve> = (0..40).map(|k| line(0.4 * f64::from(k))).collect();
-        let near = Near::new(&curves);
+        let near = Near::new(&curves, 0.0);
         for k in 0..40 {
             let (at, tangent) = near.nearest(Vec3::new(17.0, 0.4 * f64::from(k) + 0.1, 1.7)).unwrap();
             assert!((at.y - 0.4 * f64::from(k)).abs() < 1e-12 && (at.x - 17.0).abs() < 1e-9 && tangent.x > 0.9);
         }
-        assert!(Near::new(&[]).nearest(Vec3::zeros()).is_none());
+        assert!(Near::new(&[], 0.0).nearest(Vec3::zeros()).is_none());
     }
 }
