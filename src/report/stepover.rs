@@ -455,7 +455,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_scallop_is_beyond_its_limit_from_a_fiftieth_above_it() {
-        assert!(!is_beyond(0.0101, 0.01) && is_beyond(0.0103, 0.01));
+    fn a_scallop_is_beyond_its_limit_from_a_hundredth_above_it() {
+        assert!(!is_beyond(0.010_099, 0.01) && is_beyond(0.010_101, 0.01));
     }
 }

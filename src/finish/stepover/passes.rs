@@ -82,9 +82,8 @@ pub enum StepLimit {
     Edge,
 }
 
-/// Ratio of a scallop to its limit from which the limit counts as broken: the step-over is found to a thousandth of its
-/// range, the scallop of a ball grows with its square.
-const SCALLOP_SLACK: f64 = 1.02;
+/// Ratio of a scallop to its limit from which the limit counts as broken, as for every limit in the check of a written program.
+const SCALLOP_SLACK: f64 = 1.01;
 
 /// Height from which a scallop is beyond its limit, mm.
 pub fn beyond_mm(limit_mm: f64) -> f64 {
