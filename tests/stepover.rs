@@ -545,6 +545,44 @@ fn passes_reach_the_ends_of_the_surface() {
     }
 }
 
+/// Passes askew over a wall of 70 degrees: between two that touch floor and wall, or wall and top, the surface is no circle. What is said of the
+/// scallop is what stays where the tool reaches, and no pass is planned for more.
+#[test]
+fn scallops_at_the_foot_and_the_edge_of_a_wall_are_those_that_stay() {
+    let slope = 70f64.to_radians();
+    let profile = [[0.0, 0.0], [4.0, 0.0], [4.0 + 3.0 / slope.tan(), 3.0], [8.0, 3.0]];
+    let wall = surfaces::sheet([2, 3], |u, v| {
+        let [y, z] = profile[(3.0 * v).round() as usize];
+        [8.0 * u, y, z]
+    });
+    let words = ["--feed", "960", "--reference-force", "60", "--direction", "20"];
+    let (folder, out) = planned(&wall, &words);
+    assert!(out.status.success(), "{}{}", String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+    let tips = tips(folder.path());
+    // The tool touches the floor no nearer to the foot than 3 tan 35, and the wall no lower than 3 (1 − cos 70).
+    let (near, low) = (3.0 * (0.5 * slope).tan(), 3.0 * (1.0 - slope.cos()));
+    let point = |k: u32| {
+        let (u, v) = (f64::from(k) * 0.754_877_666 % 1.0, f64::from(k) * 0.569_840_291 % 1.0);
+        let (low, from) = (low / 3.0 + v * (1.0 - low / 3.0), v * (4.0 - near));
+        let [y, z] = match k % 3 {
+            0 => [from, 0.0],
+            1 => [4.0 + 3.0 * low / slope.tan(), 3.0 * low],
+            _ => [8.0 - v * (4.0 - 3.0 / slope.tan()), 3.0],
+        };
+        Vec3::new(8.0 * u, y, z)
+    };
+    let left = |k: u32| {
+        let p = point(k);
+        let square = |tip: &Vec3| (tip + 3.0 * Vec3::z() - p).norm_squared();
+        (tips.iter().map(square).fold(f64::INFINITY, f64::min).sqrt() - 3.0, p)
+    };
+    let (most, p) = (1..2000).map(left).reduce(|a, b| if b.0 > a.0 { b } else { a }).unwrap();
+    let varying = &report(&folder)["varying"];
+    println!("{most:.5} mm left at {p:.3?}, {} mm said, {} passes", varying["scallop_max_mm"], varying["passes"]);
+    assert!(most < 0.0101, "{most} mm left at {p:?}");
+    assert!(varying["scallop_max_mm"].as_f64().unwrap() < 0.0101, "{varying}");
+}
+
 /// From a floor to a wall of 5 mm: no motion, leads and links included, comes closer to the wall's edge than the radius.
 #[test]
 fn leads_keep_off_a_wall() {

@@ -266,7 +266,8 @@ pub fn run(
         let text = text::program(&head(notes), &steps);
         let path = check::passes_of(&text, dialect, job, &steps);
         let left = everywhere.left(&path, frame_rad, &stock_mm, [ask.tolerance_mm, most_z, beyond_mm(ask.scallop_mm)]);
-        Drawn { plan: written::with_scallops(&on_surface, plan, &path, frame_rad), steps, text, left }
+        let plan = written::with_scallops(&on_surface, plan, (&path, frame_rad), ask.scallop_mm);
+        Drawn { plan, steps, text, left }
     };
     let top = required.feeds_mm_s.last().copied().unwrap_or(1.0);
     let (mut varying, mut rival): (Option<Drawn>, Option<(Constant, f64, Drawn)>) = (None, None);
