@@ -1,8 +1,9 @@
 //! Comparisons for passes of varying step-over. In: columns, their plan. Out: lower bounds of the time, and the best
 //! plan of a constant step-over.
 
+use super::columns::Columns;
 use super::least_time::{Alike, headings, least_s};
-use super::passes::{self, Columns, Constant, Plan, Requirements};
+use super::passes::{self, Constant, Plan, Requirements};
 use super::reach::{Place, ToolOnSurface};
 use std::f64::consts::PI;
 

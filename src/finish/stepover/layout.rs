@@ -1,11 +1,12 @@
 //! The two layouts of passes: side by side in one direction, or each at one height. In: the layout, the tool on the surface, the requirements.
 //! Out: the plan, the best plan of a constant step, the lower bound of the time, all for that layout.
 
+use super::columns::Columns;
 use super::comparison;
 use super::contour;
 use super::least_time::{Alike, least_of_one_height_s};
 use super::levels::Grid;
-use super::passes::{self, Columns, Constant, Plan, Requirements};
+use super::passes::{self, Constant, Plan, Requirements};
 use super::reach::{Place, ToolOnSurface};
 use super::steep::Steep;
 

@@ -11,6 +11,7 @@
 
 pub mod bound;
 pub mod check;
+pub mod columns;
 pub mod comparison;
 pub mod contour;
 pub mod drop;
@@ -25,6 +26,7 @@ pub mod levels;
 pub mod order;
 pub mod passes;
 pub mod path;
+pub mod preconditions;
 pub mod reach;
 pub mod section;
 pub mod shape;
