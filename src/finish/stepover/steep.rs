@@ -7,10 +7,9 @@ use super::reach::Place;
 use crate::numeric::bisect;
 use rayon::prelude::*;
 
-/// Longest gap of shallower ground that is bridged, in tool radii: about the length of a lead. Judgement.
+/// Shortest stretch, and longest gap of shallower ground that is bridged, in tool radii: about the length of a lead.
+/// Judgement.
 const SHORT: f64 = 1.0;
-/// Shortest stretch, mm: a digit of a program.
-const LEAST_MM: f64 = 1e-3;
 /// Largest distance to a neighbouring node, in sides of a cell: the diagonal.
 const NEXT: f64 = std::f64::consts::SQRT_2;
 /// Least distance of points of a curve, in sides of a cell.
@@ -87,7 +86,7 @@ impl Steep {
         let short_mm = short_mm(dropper);
         let curves = self.grid.curves(dropper, level_mm);
         let found = curves.into_iter().flat_map(|curve| self.cut(dropper, curve, level_mm, short_mm));
-        found.filter(|stretch| length_mm(stretch) >= LEAST_MM).collect()
+        found.filter(|stretch| length_mm(stretch) >= short_mm).collect()
     }
 
     /// Its borders, with it on their right and under their points; between these it ends within `within_mm` of the chord.
@@ -176,7 +175,7 @@ impl Steep {
     }
 }
 
-/// Longest gap that is bridged, mm.
+/// Shortest stretch, and longest gap that is bridged, mm.
 pub fn short_mm(dropper: &Dropper) -> f64 {
     SHORT * dropper.shape().radius_mm()
 }
