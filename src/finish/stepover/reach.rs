@@ -28,6 +28,8 @@ const MOST_LOOKS: u32 = 12;
 const CURVATURE_SPAN: f64 = 0.25;
 /// Radius assumed for a convex edge, mm.
 const SHARPEST_MM: f64 = 0.05;
+/// Bisections for the highest place between two passes: to 4e-6 of the way, where a scallop is lower by 1.6e-5, within [`NEAR`].
+const BETWEEN_HALVINGS: u32 = 18;
 
 /// Bounds of step-over and scallop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,13 +100,40 @@ impl ToolOnSurface<'_> {
         Some(ToolAt { tip, tangent, scallop_mm: section.scallop_mm(), section })
     }
 
-    /// Scallop towards a neighbouring pass of the tool at a place with a horizontal heading, mm; `None` off the surface. It is that of
-    /// [`Self::here`] for half of the work: whether the pass is curved is of no matter to it.
-    fn scallop_mm(&self, p: [f64; 2], heading: [f64; 2], beside: Beside) -> Option<f64> {
-        let contact = self.dropper.drop(p)?;
-        let ground = self.straight_ground(p, &contact, heading);
-        let (tip, tangent) = (Vec3::new(p[0], p[1], contact.tip_mm), along(&contact.normal, heading));
-        Some(Section::new(self.dropper.shape(), tip, tangent, &ground, beside).scallop_mm())
+    /// Height that a pass through `to`, with a horizontal heading, and one with its tip at `before` leave between them, mm. `None` off the surface.
+    /// Between passes of one height the section has to do: in a valley the contact jumps from one side to the other however small the step
+    /// is, and the strip there is none of these passes.
+    fn left_between_mm(&self, before: Vec3, to: [f64; 2], heading: [f64; 2]) -> Option<f64> {
+        let contact = self.dropper.drop(to)?;
+        let tips = [before, Vec3::new(to[0], to[1], contact.tip_mm)];
+        if self.one_height {
+            let (tangent, ground) = (along(&contact.normal, heading), self.straight_ground(to, &contact, heading));
+            let section = Section::new(self.dropper.shape(), tips[1], tangent, &ground, Beside::Pass(before));
+            return Some(section.scallop_mm());
+        }
+        Some(self.highest_between(tips, along(&contact.normal, heading)).map_or(0.0, |(left_mm, _)| left_mm))
+    }
+
+    /// Where most is left between a pass with its tip at the first place and one along a tangent with its tip at the second, and the height, mm:
+    /// of the points of the surface that the tool would touch on its way from one to the other, the one that is as high below the one pass
+    /// as below the other. A section over a circle in place of the surface is not enough at the foot of a wall or over an edge, where the
+    /// contact jumps or rests while the tool goes on.
+    pub fn highest_between(&self, [before, tip]: [Vec3; 2], tangent: Vec3) -> Option<(f64, Contact)> {
+        let ground = Ground { contact: tip, normal: Vec3::z(), curvature_per_mm: 0.0, stock_mm: 0.0, turn_per_mm: 0.0 };
+        let section = Section::new(self.dropper.shape(), tip, tangent, &ground, Beside::Pass(before));
+        let (mut from, mut to, mut highest) = (0.0, 1.0, None);
+        for _ in 0..BETWEEN_HALVINGS {
+            let middle = 0.5 * (from + to);
+            let at = [0, 1].map(|axis| before[axis] + middle * (tip[axis] - before[axis]));
+            let contact = self.dropper.drop(at)?;
+            let [below_this, below_before] = section.left_mm(contact.point, contact.normal);
+            let left_mm = below_this.min(below_before).max(0.0);
+            if !contact.rim && highest.is_none_or(|(known_mm, _)| left_mm > known_mm) {
+                highest = Some((left_mm, contact));
+            }
+            if below_before < below_this { from = middle } else { to = middle }
+        }
+        highest
     }
 
     /// Surface and stock under the tool at a place of a straight pass, with a horizontal heading.
@@ -219,9 +248,11 @@ impl ToolOnSurface<'_> {
     /// Allowed step-over of the pass after the one through `p`, towards the horizontal unit vector `side`.
     pub fn reach(&self, p: [f64; 2], (heading, side): ([f64; 2], [f64; 2]), bounds: &Bounds) -> Option<Reach> {
         let contact = self.dropper.drop(p)?;
-        let before = Beside::Pass(Vec3::new(p[0], p[1], contact.tip_mm));
+        let tip = Vec3::new(p[0], p[1], contact.tip_mm);
+        let before = Beside::Pass(tip);
         let at = |step: f64| [p[0] + step * side[0], p[1] + step * side[1]];
-        let scallop = |step: f64| self.scallop_mm(at(step), heading, before).map_or(0.0, |mm| mm / bounds.scallop_mm);
+        let left = |step: f64| self.left_between_mm(tip, at(step), heading);
+        let scallop = |step: f64| left(step).map_or(0.0, |mm| mm / bounds.scallop_mm);
         // Beyond the rim the tool rests on an edge, where the scallop has no meaning.
         let on = |step: f64| self.dropper.drop(at(step)).is_some_and(|contact| !contact.rim);
         let (least, largest) = (bounds.least_mm, bounds.largest_mm);

@@ -264,6 +264,36 @@ impl Section {
         left.max(0.0)
     }
 
+    /// Heights along its normal of a point of the surface below this pass and below the neighbouring one, mm; neither need rest on the surface.
+    pub fn left_mm(&self, point: Vec3, normal: Vec3) -> [f64; 2] {
+        let flat = |p: &Vec3| self.across.map(|e| p.dot(&e));
+        let (q, n) = (flat(&point), flat(&normal));
+        let n = n.map(|x| x / n[0].hypot(n[1]).max(f64::MIN_POSITIVE));
+        let here = self.below_mm(flat(&(self.tip + self.shape.corner_mm * Vec3::z())), q, n);
+        let before = if let Near::Pass(before) = self.beside { self.below_mm(before, q, n) } else { f64::INFINITY };
+        [here, before]
+    }
+
+    /// How far a point has to go along `n` to come to a pass, mm; infinite if that is more than the corner radius.
+    fn below_mm(&self, middle: [f64; 2], q: [f64; 2], n: [f64; 2]) -> f64 {
+        let r = self.shape.corner_mm;
+        let from = [0, 1].map(|k| q[k] - middle[k]);
+        if self.shape.flat_mm == 0.0 {
+            let (ahead, square) = (-(from[0] * n[0] + from[1] * n[1]), from[0] * from[0] + from[1] * from[1]);
+            let root = ahead * ahead - square + r * r;
+            return if root < 0.0 { f64::INFINITY } else { ahead - root.sqrt() };
+        }
+        let is_below = |by: f64| {
+            let [x, z] = [0, 1].map(|k| from[k] + by * n[k]);
+            x.abs() >= self.shape.radius_mm() || z < self.lower_side(x)
+        };
+        match [0.0, r].map(is_below) {
+            [false, _] => 0.0,
+            [true, true] => f64::INFINITY,
+            [true, false] => middle_of(is_below, r),
+        }
+    }
+
     /// Where the curves of the two passes intersect.
     fn cusp(&self, here: [f64; 2], before: [f64; 2]) -> Option<[f64; 2]> {
         if self.shape.flat_mm > 0.0 { self.widened_cusp(here, before) } else { self.ball_cusp(here, before) }
@@ -312,6 +342,11 @@ impl Section {
     }
 }
 
+/// Where a condition ceases to hold between 0 and `to`.
+fn middle_of(holds: impl Fn(f64) -> bool, to: f64) -> f64 {
+    middle(bisect(holds, 0.0, to, LOWER_HALVINGS))
+}
+
 /// Where the sign of a function changes between two angles.
 fn border(of: &dyn Fn(f64) -> f64, from: f64, to: f64) -> f64 {
     let inside = of(from) > 0.0;
@@ -336,6 +371,27 @@ pub fn ball_scallop_mm(r: f64, curvature_per_mm: f64, apart_mm: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Points of a plane between two passes, one of them off it, against circles: a ball, and a bull-nose end whose flats part.
+    #[test]
+    fn heights_below_passes_are_those_of_circles() {
+        let (r, off, ground) = (3.0, 0.002, plane(0.0, 0.0));
+        let left = |shape: Shape, step: f64, [here, before]: [f64; 2], y: f64| {
+            let (tip, beside) = (Vec3::new(0.0, 0.0, here), Beside::Pass(Vec3::new(0.0, -step, before)));
+            let section = Section::new(shape, tip, Vec3::x(), &ground, beside);
+            section.left_mm(Vec3::new(0.0, y, 0.0), Vec3::z()).into_iter().fold(f64::INFINITY, f64::min)
+        };
+        let circle = |from: f64, r: f64| r - (r * r - from * from).sqrt();
+        for y in [-0.4, -0.3, -0.2, -0.1, 0.0] {
+            let expected = f64::min(circle(y, r) + off, circle(y + 0.4, r));
+            assert!((left(Shape::ball(r), 0.4, [off, 0.0], y) - expected).abs() < 1e-12, "{y}");
+            let bull = Shape { flat_mm: 1.0, corner_mm: 2.0 };
+            let expected = f64::min(circle((-y - 1.0).max(0.0), 2.0) + off, circle((y + 2.4 - 1.0).max(0.0), 2.0));
+            assert!((left(bull, 2.4, [off, 0.0], y) - expected).abs() < 1e-8, "{y}");
+        }
+        assert!(left(Shape::ball(r), 6.1, [0.0; 2], -3.05).is_infinite());
+        assert!(left(Shape { flat_mm: 1.0, corner_mm: 2.0 }, 6.1, [0.0; 2], -3.05).is_infinite());
+    }
 
     /// Passes on a plane, one of them off it: the closed form of two circles; close together what the deeper one leaves.
     #[test]

@@ -1,14 +1,13 @@
 //! Scallops between the passes as they are written. In: the plan, the motions on passes as they are read back. Out: the
 //! scallops that these leave.
 //!
-//! Passes are written as lines and arcs within a tolerance, with rounded coordinates. At every spot of the plan the tip
-//! lies on the nearest place of the written passes, and so does the tip on the pass before; the scallop is that of the
-//! section with these two over the surface as it is. The section takes the surface between them for a circle, which it is not at the foot of a
-//! wall or over an edge. Where the section has more than the limit, the height left is therefore measured: at the points that the tool would
-//! touch on its way from one tip to the other, by their distance from the written passes; the lower of the two counts.
+//! Passes are written as lines and arcs within a tolerance, with rounded coordinates. At every spot of the plan the tip lies on the nearest
+//! place of the written passes, and so does the tip on the pass before; the scallop is the height left at the highest point of the surface
+//! between the two: its distance from all written passes. Of passes of one height it is that of the section, as in their plan.
 
+use super::drop::Contact;
 use super::left::{distance_mm, reach_mm};
-use super::passes::{Plan, Spot, is_beyond};
+use super::passes::{Plan, Spot};
 use super::reach::ToolOnSurface;
 use crate::path::{Curve, Vec3};
 use rayon::prelude::*;
@@ -18,10 +17,6 @@ use std::f64::consts::TAU;
 const CELL_MM: f64 = 1.0;
 /// Most cells along a side.
 const CELLS: f64 = 1000.0;
-/// Parts of the way between two passes at whose ends the height left is measured: the highest place lies within half a part of one, where a
-/// scallop is lower by (1/16)², 0.4 %.
-const PARTS: u32 = 16;
-
 /// The plan with the scallops of the written motions instead of its own; `angle_rad`: from the frame of the plan to the
 /// work frame.
 pub fn with_scallops(
@@ -39,30 +34,22 @@ pub fn with_scallops(
         let (at, tangent) = near.nearest(turned(tip, angle_rad))?;
         Some((turned(at, -angle_rad), turned(tangent, -angle_rad)))
     };
-    let measured_mm = |p: [f64; 2]| {
-        let contact = on_surface.dropper.drop(p)?;
+    let left_mm = |contact: Contact| {
         let [point, normal] = [contact.point, contact.normal].map(|v| turned(v, angle_rad));
-        Some(distance_mm(&near, on_surface.shape(), point, normal).min((on_surface.stock_mm)(&contact)))
+        distance_mm(&near, on_surface.shape(), point, normal).min((on_surface.stock_mm)(&contact))
     };
     let scallop_mm = |spot: &Spot| {
         let before = spot.beside?;
         let (tip, tangent) = written(spot.tip)?;
         let level = tangent.xy().try_normalize(0.0)?;
         let (beside, _) = written(before)?;
-        // A pass of one spot is not written: what is found then is another one.
-        if (beside - before).norm() > 0.5 * (before - spot.tip).norm() {
-            return None;
+        if on_surface.one_height {
+            // A pass of one spot is not written: what is found then is another one.
+            let is_other = (beside - before).norm() > 0.5 * (before - spot.tip).norm();
+            let section = || on_surface.scallop_between_mm(spot.at, [level.x, level.y], [tip, beside]);
+            return Some(()).filter(|()| !is_other).and_then(|()| section());
         }
-        let by_section_mm = on_surface.scallop_between_mm(spot.at, [level.x, level.y], [tip, beside])?;
-        if !is_beyond(by_section_mm, limit_mm) {
-            return Some(by_section_mm);
-        }
-        let on_the_way = |k: u32| {
-            let t = f64::from(k) / f64::from(PARTS);
-            [0, 1].map(|axis| spot.at[axis] + t * (before[axis] - spot.at[axis]))
-        };
-        let most_mm = (1..PARTS).filter_map(|k| measured_mm(on_the_way(k))).fold(0.0, f64::max);
-        Some(by_section_mm.min(most_mm))
+        Some(on_surface.highest_between([beside, tip], tangent).map_or(0.0, |(_, contact)| left_mm(contact)))
     };
     let spots = plan.passes.iter_mut().flat_map(|pass| pass.stretches.iter_mut().flatten());
     spots.collect::<Vec<_>>().into_par_iter().for_each(|spot| {
