@@ -8,13 +8,13 @@
 
 use super::left::{distance_mm, reach_mm};
 use super::levels::{Curve, downhill};
+use super::near::Near;
 use super::order::LevelStretch;
 use super::passes::{Requirements, Spot, StepLimit, is_beyond};
 use super::path::finely_level;
 use super::reach::ToolOnSurface;
 use super::section::Beside;
 use super::steep::{Steep, Under, bridge, short_mm};
-use super::written::Near;
 use crate::path::{self, Vec3};
 use rayon::prelude::*;
 

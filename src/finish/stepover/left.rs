@@ -6,9 +6,9 @@
 //! higher there, on something else, it may come closer a little aside, away from that.
 
 use super::drop::{Contact, Dropper};
+use super::near::{Near, nearest_mm};
 use super::shape::Shape;
 use super::surface::Surface;
-use super::written::Near;
 use crate::path::{Curve, Vec3};
 use rayon::prelude::*;
 
@@ -187,5 +187,5 @@ pub fn distance_mm(near: &Near, shape: Shape, point: Vec3, normal: Vec3) -> f64 
 
 /// The point of a motion nearest to another.
 fn near_on(curve: &Curve, p: Vec3) -> Vec3 {
-    curve.point(super::written::nearest_mm(curve, p))
+    curve.point(nearest_mm(curve, p))
 }

@@ -1,11 +1,11 @@
 //! What must hold before passes are planned, and what is said where it does not. In: the surface, the job, a request. Out: tool, speed, feeds
 //! and notes; or a refusal.
 
-use super::job::{LeftOut, Refusal, Request};
 use super::layout::Layout;
 use super::left::Places;
 use super::passes::Plan;
 use super::reach::{Bounds, Place, ToolOnSurface};
+use super::request::{LeftOut, Refusal, Request};
 use super::shape::Shape;
 use super::surface::Surface;
 use super::text;
