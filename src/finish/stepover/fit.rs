@@ -18,7 +18,7 @@ pub struct Part {
 }
 
 /// Tolerance of the plane of an arc, mm.
-const SAME_MM: f64 = 1e-6;
+pub const SAME_MM: f64 = 1e-6;
 /// Largest radius of an arc, mm: above it a line suffices, and controls lose digits.
 const LARGEST_MM: f64 = 2000.0;
 /// Largest sweep of an arc, rad.

@@ -3,7 +3,7 @@
 //! The text is unambiguous: the head sets plane, unit, absolute positions, feed per minute and work offset; motion
 //! codes and coordinates are written when they change. Centres of arcs are relative to their start.
 
-use super::fit::Circle;
+use super::fit::{Circle, SAME_MM};
 use super::path::Step;
 use crate::nc::{CommentForm, Dialect, Syntax};
 use crate::path::{Plane, Vec3};
@@ -230,9 +230,11 @@ impl Writer<'_> {
             from[axis] = self.at[axis].as_ref()?.parse::<f64>().ok()? * per_unit;
         }
         let end = Vec3::from_fn(|axis, _| self.coordinate(to, axis).parse::<f64>().unwrap_or(to[axis]) * per_unit);
-        // Only the ends are rounded along the axis normal to the plane.
-        let flat =
-            (0..3).find(|axis| from[*axis] == end[*axis] && (via[*axis] - end[*axis]).abs() < 1e-3 * per_unit)?;
+        // Along the axis normal to its plane an arc does not move at all. Along another one its ends may be written alike, and a shallow arc differs from
+        // them by less than a digit.
+        let still_mm = |axis: usize| (via[axis] - to[axis]).abs();
+        let written_alike = (0..3).filter(|axis| from[*axis] == end[*axis] && still_mm(*axis) < SAME_MM);
+        let flat = written_alike.min_by(|a, b| still_mm(*a).total_cmp(&still_mm(*b)))?;
         let mut via = via;
         via[flat] = from[flat];
         let circle = Circle::through(from, via, end)?;
@@ -318,4 +320,34 @@ fn number(value: f64, digits: usize) -> String {
     }
     let text = text.trim_end_matches('0');
     if text == "-0." { "0.".into() } else { text.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nc::{Environment, interpret, parse};
+
+    /// An arc whose ends have the same X, as written: in inches it rises by less than ten digits, and the height is rounded by half a digit. Its
+    /// plane is that of its heights all the same; with the plane taken from X it went 1.7 mm into the part.
+    #[test]
+    fn a_shallow_arc_stays_in_its_plane() {
+        let (radius_mm, half_rad) = (7.73, 0.0487f64);
+        let at = |angle: f64| Vec3::new(-radius_mm * angle.cos(), radius_mm * angle.sin(), 2.00004);
+        let step = |to, via| Step { to, via, feed_mm_s: Some(10.0), of: None };
+        let steps = [step(at(-half_rad), None), step(at(half_rad), Some(at(0.0)))];
+        for dialect in [Dialect::Heidenhain, Dialect::LinuxCnc, Dialect::Fanuc] {
+            for inch in [false, true] {
+                let head = Head { dialect, inch, tool: 1, rps: 100.0, notes: Vec::new() };
+                let text = program(&head, &steps);
+                let path = interpret(&parse(text.clone().into_bytes(), Some(dialect)), &Environment::default());
+                let curve = path.moves.last().unwrap().curve();
+                assert!(matches!(curve, crate::path::Curve::Arc(_)), "{text}");
+                for k in 0..=10 {
+                    let p = curve.point(0.1 * f64::from(k) * curve.length());
+                    let off_mm = (p.x.hypot(p.y) - radius_mm).abs().max((p.z - 2.00004).abs());
+                    assert!(off_mm < 0.004, "{off_mm} mm\n{text}");
+                }
+            }
+        }
+    }
 }
