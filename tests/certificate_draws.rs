@@ -173,7 +173,7 @@ fn parts(profile: &Profile, ring: &Slice) -> impl Iterator<Item = Slice> {
     };
     let (edge_mm, whole) = (ring.edge_mm / WOUND as f64, outline.length());
     let own = *ring;
-    let outline = outline.clone();
+    let outline = *outline;
     (0..WOUND).map(move |k| {
         let off = (k as f64 + 0.5 - 0.5 * WOUND as f64) * edge_mm / whole;
         let ([radius_mm, z_mm], [normal_r, normal_z]) = outline.at(middle + off);
