@@ -11,9 +11,12 @@ mod common {
 use common::certified::{STEEL, Written, by_hand, feedwright, read, said};
 use common::draw::Draw;
 use feedwright::certify::check;
-use feedwright::certify::ellipsoid::radius;
+use feedwright::certify::cutter::Part;
+use feedwright::certify::ellipsoid::{Ellipsoid, radius};
 use feedwright::certify::interval::Interval;
+use feedwright::certify::place::{Arc, Place};
 use feedwright::certify::text::sha256;
+use feedwright::machine::LimitKind;
 use std::fs;
 use std::path::Path;
 
@@ -235,7 +238,34 @@ fn what_is_no_covariance_is_refused() {
     for (rows, named) in [("[[900, -24], [-24, 0.6]]", "not positive"), ("[[900, -12]]", "no square table")] {
         let setup = case.setup.replace("[[900, -12], [-12, 0.6]]", rows);
         let (job, _) = feedwright::setup::load(&setup, Path::new(".")).unwrap();
-        let refused = feedwright::certify::ellipsoid::Ellipsoid::of(&job, &job.tools[0], 100.0, 0.95).unwrap_err();
+        let refused = Ellipsoid::of(&job, &job.tools[0], 100.0, 0.95).unwrap_err();
         assert!(refused.contains(named), "{refused}");
+    }
+}
+
+/// A helical edge in an arc of 0.05 rad: R Δφ / tan β of its height is engaged at once, however high the rings are. A ring of 0.75 mm that entered as
+/// a whole had 1.7 times as much. Rotations are looked at in steps of 0.008 rad, so a bound may be higher by 0.008 / 0.05.
+#[test]
+fn a_narrow_arc_is_bounded_by_the_height_that_is_engaged_at_once() {
+    let (job, _) = feedwright::setup::load(&by_hand()[0].setup, Path::new(".")).unwrap();
+    let tool = job.tool(1).unwrap();
+    let known = Ellipsoid::of(&job, tool, 100.0, 0.95).unwrap();
+    let side = tool.profile.segments.iter().position(|of| of.at(0.5).1[0] > 0.999).unwrap();
+    let (width, first, feed) = (0.05, 1.0, 0.05);
+    let bound = |rings: usize| {
+        let at = |k: usize| 3.0 * k as f64 / rings as f64 / tool.profile.segments[side].length();
+        let parts: Vec<Part> = (0..rings).map(|k| Part { segment: side, from: at(k), to: at(k + 1) }).collect();
+        let arcs: Vec<Arc> = (0..rings).map(|ring| Arc { ring, entry: first, exit: first + width }).collect();
+        let place = Place::new(tool, &parts, &arcs, Interval::exact(0.0)).unwrap();
+        place.most(LimitKind::ForceXy, feed, 100.0, 0.0, &known).unwrap()
+    };
+    let height = 5.0 * width / tool.helix_rad.tan();
+    let chip = feed * (first + 0.5 * width).sin();
+    // 10 % of every coefficient, at 1.96 standard deviations.
+    let force = 1.196 * height * (820.0 * chip + 14.0f64).hypot(310.0 * chip + 11.0);
+    for rings in [4, 12, 40] {
+        let ratio = bound(rings) / force;
+        println!("{rings} rings: {ratio:.4}");
+        assert!((1.0..1.0 + 0.008 / width).contains(&ratio), "{rings} rings: {ratio}");
     }
 }
