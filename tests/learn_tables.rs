@@ -9,12 +9,16 @@ use feedwright::learn::calibrate::{CalibrateOptions, Calibration, calibrate};
 use feedwright::learn::dataset::samples::Data;
 use feedwright::learn::dataset::{steady_table, table_data};
 use feedwright::learn::diagnose::{Options, diagnose};
+use feedwright::learn::evaluate::of_data;
 use feedwright::learn::log::columns;
 use feedwright::learn::model::cross_validation::{Split, by_blocks, by_kind, held_out_residuals};
 use feedwright::learn::model::design::FittedEffect;
 use feedwright::learn::model::fit::{Model, predict};
+use feedwright::learn::process_model;
 use feedwright::learn::report::{Added, LearnReport};
+use feedwright::machine::material::{Process, RelativeLoad};
 use feedwright::machine::{Spindle, Table};
+use feedwright::setup;
 use serde_json::Value;
 use std::path::Path;
 
@@ -291,6 +295,79 @@ fn face_milling_by_part_and_what_it_says_of_other_operations() {
     assert_eq!(report.transfer.len(), 3);
 }
 
+/// Face milling of six parts with the dwells as idle rows: feed, speed, depths and load of each block, in the columns of the interface.
+fn face_milling_with_idle_rows() -> String {
+    const FOLDER: &str = "../shared/measured/nvd1500";
+    let number = |cell: &str| cell.parse::<f64>().unwrap_or(0.0);
+    let text = |name: &str| std::fs::read_to_string(format!("{FOLDER}/{name}.csv")).unwrap();
+    let cuts = text("cuts_dev");
+    let cuts: Vec<Vec<&str>> = cuts.lines().skip(2).map(|line| line.split(',').collect()).collect();
+    let mut out = String::from(
+        "part,time_s,duration_s,spindle_rpm,feed_mm_min,axial_depth_mm,radial_depth_mm,diameter_mm,flutes,spindle_load_percent\n",
+    );
+    for part in ["1", "2", "3", "10", "11", "12"] {
+        let own: Vec<&Vec<&str>> = cuts.iter().filter(|row| row[0] == part && row[4] == "Face Milling").collect();
+        let end_s = own.iter().map(|row| number(row[2])).fold(0.0, f64::max);
+        let mut rows: Vec<(f64, String)> = Vec::new();
+        for row in &own {
+            let [time, duration, rpm, feed, axial, radial, load] = [2, 6, 7, 8, 10, 12, 13].map(|k| row[k]);
+            rows.push((number(time), format!("{duration},{rpm},{feed},{axial},{radial},9.525,4,{load}")));
+        }
+        for line in text(&format!("part{part:0>2}")).lines().skip(1) {
+            let row: Vec<&str> = line.split(',').collect();
+            let [time, duration, rpm] = [0, 9, 11].map(|k| number(row[k]));
+            // Dwells of 0.8 s and more at one of the four speeds; in the others the spindle changes its speed.
+            let is_steady = [1500.0, 3000.0, 4500.0, 6000.0].iter().any(|own| (rpm - own).abs() < 20.0);
+            if row[29] == "Dwell" && duration >= 0.8 && is_steady && time <= end_s {
+                rows.push((time, format!("{duration},{rpm},0,0,0,9.525,4,{}", row[12])));
+            }
+        }
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        out.extend(rows.iter().map(|(time, rest)| format!("{part},{time},{rest}\n")));
+    }
+    out
+}
+
+/// With idle rows, parts that were not seen are predicted better than by a plain fit: all of the diagnosis, names included, is made anew without the
+/// part. What is asked (12.5 % of a cut's load) and what is reached stand in MEASURED.md.
+#[test]
+#[cfg_attr(absent_shared, ignore = "../shared is not there")]
+fn face_milling_with_idle_rows_tells_parts_that_it_has_not_seen() {
+    let csv = face_milling_with_idle_rows();
+    let (head, rows) = csv.split_once('\n').unwrap();
+    let of = |keep: &dyn Fn(&str) -> bool| {
+        let kept = rows.lines().filter(|row| keep(row.split(',').next().unwrap()));
+        data_of(&format!("{head}\n{}", kept.map(|row| format!("{row}\n")).collect::<String>()))
+    };
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    for part in ["1", "2", "3", "10", "11", "12"] {
+        let (fitted, held) = (of(&|own| own != part), of(&|own| own == part));
+        let report = diagnose(&fitted, &by_blocks(&fitted, "part"), &Options::default()).unwrap();
+        let mut job = setup::load_for_table("", Path::new(".")).unwrap();
+        let learned = process_model::of_report(&report, &job).unwrap();
+        let plain = learned.relative.clone().map(|own| RelativeLoad {
+            tare: report.base[0].value,
+            k_tc: report.base[1].value,
+            k_te: report.base[2].value,
+            ..own
+        });
+        let [plain, own] = [Process { relative: plain, ..Process::default() }, learned].map(|process| {
+            job.process = process;
+            of_data(&held, &job).unwrap().quantities.swap_remove(0)
+        });
+        println!(
+            "part {part}, {} rows: median {:.1} -> {:.1} % of a cut's load, rms {:.2} -> {:.2} % load",
+            own.samples, plain.median_of_cuts, own.median_of_cuts, plain.model.rmse, own.model.rmse
+        );
+        assert!(own.model.rmse < plain.model.rmse, "{plain:?} {own:?}");
+        before.push(plain.median_of_cuts);
+        after.push(own.median_of_cuts);
+    }
+    let [before, after] = [before, after].map(|of| of.iter().sum::<f64>() / of.len() as f64);
+    println!("face milling, parts not seen: mean of the medians {before:.2} -> {after:.2} % of a cut's load");
+    assert!(after < 0.9 * before, "{before} {after}");
+}
+
 #[test]
 #[cfg_attr(absent_shared, ignore = "../shared is not there")]
 fn a_table_of_rates_without_geometry_is_learned_from_or_refused_in_a_sentence() {
@@ -471,6 +548,50 @@ fn a_table_needs_no_stock_and_a_model_no_setup() {
         // The wear of these cuts grows by the cut, not by the way the teeth slide: k_tc takes some of it, ± 4.9 N/mm² by its own error.
         assert!((k_tc - 800.0).abs() < 10.0 && text.contains("scatter = "), "{text}");
     }
+}
+
+/// A drive shows its load in percent of a rating that nobody knows: a model of such readings predicts them on another table, without a setup
+/// where the table tells the tool, and no readings in another unit.
+#[test]
+fn a_model_of_a_load_in_percent_is_evaluated_on_a_load_in_percent() {
+    let dir = tempfile::tempdir().unwrap();
+    // The watts of `with_tares` as percent of 4 kW.
+    let in_percent = |csv: &str, unit: &str| {
+        let (head, rows) = csv.split_once('\n').unwrap();
+        let row = |line: &str| {
+            let (rest, watts) = line.rsplit_once(',').unwrap();
+            format!("{rest},{:.4}\n", watts.parse::<f64>().unwrap() / 40.0)
+        };
+        format!("{}\n{}", head.replace("power_w", unit), rows.lines().map(row).collect::<String>())
+    };
+    let csv = with_tares([0.0; 4]);
+    std::fs::write(dir.path().join("cuts.csv"), in_percent(&csv, "load_percent")).unwrap();
+    // Those of two spindle speeds.
+    let other: String = csv.lines().take(1).map(|head| format!("{head}\n")).collect::<String>()
+        + &csv
+            .lines()
+            .skip(1)
+            .filter(|line| !line.contains(",3500,"))
+            .map(|line| format!("{line}\n"))
+            .collect::<String>();
+    std::fs::write(dir.path().join("next.csv"), in_percent(&other, "load_percent")).unwrap();
+    std::fs::write(dir.path().join("amperes.csv"), in_percent(&other, "current_a")).unwrap();
+    let run = |args: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("feedwright").unwrap();
+        let output = command.current_dir(dir.path()).args(args).output().unwrap();
+        (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    assert_eq!(run(&["learn-table", "cuts.csv", "-o", "model.toml"]).0, 0);
+    let text = std::fs::read_to_string(dir.path().join("model.toml")).unwrap();
+    assert!(text.contains("[relative]\nunit = \"%\"") && !text.contains("covariance"), "{text}");
+    assert_eq!(run(&["evaluate", "model.toml", "next.csv", "--json", "next.json"]).0, 0);
+    let found: Value = serde_json::from_str(&std::fs::read_to_string(dir.path().join("next.json")).unwrap()).unwrap();
+    let quantity = &found["quantities"][0];
+    let [error, about_mean] = [&quantity["model"]["rmse"], &quantity["about_mean_rmse"]].map(|v| v.as_f64().unwrap());
+    // The noise of a reading is some 1.1 W, 0.03 % of 4 kW.
+    assert!(error < 0.04 && about_mean > 10.0 * error, "{found}");
+    let (code, said) = run(&["evaluate", "model.toml", "amperes.csv"]);
+    assert!(code == 2 && said.contains("no coefficients in A"), "{said}");
 }
 
 /// What the cuts of a table did not tell, `optimize` does not presume: a force that does not grow with the feed allows any.

@@ -225,6 +225,27 @@ fn a_confidence_leaves_room_for_what_the_model_did_not_explain() {
     assert!(kept("", sure) > 0.97 && kept("scatter = 0.06\n", &[]) > 0.97);
 }
 
+/// A model learned from a load in percent has no coefficients of its own: those of the material are as uncertain as the setup says,
+/// beside the scatter, and a covariance in percent says nothing of them.
+#[test]
+fn at_a_confidence_coefficients_that_were_not_measured_keep_their_stated_uncertainty() {
+    let (declared, measured) = (setup(), "[process.base]");
+    let from = declared.find(measured).unwrap();
+    let rest = declared[from + 1..].find("\n[").unwrap() + from + 1;
+    let without_base = format!("{}{}", &declared[..from], &declared[rest..]);
+    let kept = |uncertainty: &str| {
+        let learned = "[process]\nscatter = 0.06\ncovariance = [[450.0]]\ncovariance_of = [\"k_tc\"]\n";
+        let setup = without_base.replace("[material]", &format!("[material]\n{uncertainty}")) + learned;
+        let found = report(bench(&setup).path(), &["--confidence", "0.95"]);
+        let force = limit(&found, "force_xy");
+        number(force, "after_max") / number(force, "limit")
+    };
+    let (scatter, both) = (kept(""), kept("uncertainty = 0.1\n"));
+    // 1.645 · 10 % of the coefficients and 2.94 · 6 % of the residual, in squares.
+    let wanted = 1.0 / (1.0 + (1.645f64 * 0.1).hypot(2.94 * 0.06));
+    assert!((both - wanted).abs() < 0.015 && scatter > both + 0.03, "{scatter} {both} {wanted}");
+}
+
 #[test]
 fn at_a_confidence_loads_grow_in_proportion_beyond_the_feeds_that_were_measured() {
     let known = "[process]\ncovariance = [[0.0, 0], [0, 0.0]]\ncovariance_of = [\"k_tc\", \"k_te\"]\n";

@@ -47,7 +47,7 @@ impl Ellipsoid {
         let stated = job.tools.iter().filter_map(|tool| job.material(tool)?.uncertainty).fold(0.0, f64::max);
         let (names, covariance) = if known {
             (process.covariance_of.clone(), process.covariance.clone())
-        } else if scatter > 0.0 || stated <= 0.0 {
+        } else if stated <= 0.0 {
             (Vec::new(), Vec::new())
         } else {
             (vec!["all".to_owned()], vec![vec![stated * stated]])

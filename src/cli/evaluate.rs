@@ -18,6 +18,7 @@ use crate::machine::Job;
 use crate::report::Outcome;
 use crate::report::evaluate_json::evaluate_json;
 use crate::report::learn::evaluate_words;
+use crate::setup;
 
 /// `evaluate`.
 #[derive(Debug, Args)]
@@ -82,13 +83,11 @@ fn with_model(job: &mut Job, model: &Path, screen: Screen) -> Result<(), CliErro
 
 fn on_table(command: &Evaluate, screen: Screen) -> Result<Evaluation, CliError> {
     let bytes = input::file(&command.input)?;
-    let setup = command.common.setup().ok_or_else(|| {
-        CliError::new(
-            "a table of steady cuts needs the tool of a setup",
-            "give --setup S.toml, or --log with a program",
-        )
-    })?;
-    let mut job = load_for_table(setup)?;
+    // A table with columns of its own for the tool needs no setup.
+    let mut job = match command.common.setup() {
+        Some(setup) => load_for_table(setup)?,
+        None => setup::load_for_table("", Path::new(".")).map_err(|error| CliError::new(error.to_string(), ""))?,
+    };
     with_model(&mut job, &command.held, screen)?;
     let of = |error| refused(&error, &command.input);
     let (frame, table) = steady(&bytes, command.map.columns.as_deref(), Some(&job)).map_err(|e| of(e.into()))?;

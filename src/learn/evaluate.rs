@@ -18,7 +18,7 @@ use crate::learn::program::simulated::simulate_for;
 use crate::learn::report::Errors;
 use crate::learn::session::{LearnError, LogOptions, dataset_of};
 use crate::machine::Job;
-use crate::machine::material::ForceModel;
+use crate::machine::material::{ForceModel, RelativeLoad};
 
 /// Errors of one measured quantity, in its unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +35,8 @@ pub struct OfQuantity {
     pub about_mean: f64,
     /// Mean of reading − prediction.
     pub bias: f64,
+    /// Median of |error| / |reading| over the samples in a cut, percent.
+    pub median_of_cuts: f64,
 }
 
 /// Errors of a model.
@@ -90,11 +92,22 @@ pub fn of_data(data: &Data, job: &Job) -> Result<Evaluation, DataError> {
             without_effects: on(&without),
             about_mean: mean(&|i| (data.reading[i] - middle).powi(2)).sqrt(),
             bias: mean(&|i| data.reading[i] - predicted[i]),
+            median_of_cuts: median_of_cuts(data, &members, &predicted),
         }
     };
     let quantities = data.channel_names.iter().enumerate().map(of).collect();
     let effects = effects.iter().map(|each| each.effect.name.to_owned()).collect();
     Ok(Evaluation { samples: data.len(), tied: None, effects, quantities })
+}
+
+/// Median of |error| / |reading| over those of some samples that are in a cut, percent.
+fn median_of_cuts(data: &Data, members: &[usize], predicted: &[f64]) -> f64 {
+    let loads: Vec<usize> = (0..data.base.len()).filter(|&k| data.base[k].class != Class::Tare).collect();
+    let in_cut = members.iter().filter(|&&i| loads.iter().any(|&k| data.columns[k][i] != 0.0));
+    let mut errors: Vec<f64> =
+        in_cut.map(|&i| 100.0 * ((data.reading[i] - predicted[i]) / data.reading[i]).abs()).collect();
+    errors.sort_by(f64::total_cmp);
+    errors.get(errors.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The data without the samples in which the spindle runs up: no model has the power that accelerates its mass.
@@ -106,7 +119,8 @@ fn steady(data: &Data) -> Data {
 
 /// The data with the tare's law about the speed at which the model has its tare, instead of one of their own.
 fn about_model_speed(mut data: Data, job: &Job) -> Data {
-    if let Some(rps) = job.process.tare_rps {
+    let relative = job.process.relative.as_ref().and_then(|relative| relative.tare_rps);
+    if let Some(rps) = job.process.tare_rps.or(relative) {
         data.state
             .iter_mut()
             .filter(|state| state.reference_rps.is_finite())
@@ -119,11 +133,9 @@ fn about_model_speed(mut data: Data, job: &Job) -> Data {
 fn coefficient(name: &str, data: &Data, job: &Job) -> Result<f64, DataError> {
     let unfit = |why: &str| DataError::Unfit(why.to_owned());
     let linear = || in_force(job).ok_or_else(|| unfit("the model has no linear edge coefficients to compare"));
-    let is_relative = data.base.iter().any(|b| b.class == Class::Cutting && !b.unit.starts_with("N/"));
-    if is_relative {
-        return Err(unfit(
-            "a load in percent or ampere cannot be predicted from coefficients: evaluate needs W, N·m or N",
-        ));
+    let cutting = data.base.iter().find(|b| b.class == Class::Cutting && !b.unit.starts_with("N/"));
+    if let Some(unit) = cutting.and_then(|b| b.unit.split('/').next()) {
+        return of_relative(name, unit, job);
     }
     match name {
         "tare" => Ok(tare_w(data, job)),
@@ -134,6 +146,22 @@ fn coefficient(name: &str, data: &Data, job: &Job) -> Result<f64, DataError> {
         "k_re" => linear().map(|k| k.k_re),
         other => of_layer(other, job).ok_or_else(|| unfit(&format!("the model has no {other}"))),
     }
+}
+
+/// Coefficient of a load in percent or ampere: no other model predicts such readings.
+fn of_relative(name: &str, unit: &str, job: &Job) -> Result<f64, DataError> {
+    let learned = job.process.relative.as_ref().filter(|relative| relative.unit == unit);
+    let Some(RelativeLoad { tare, k_tc, k_te, .. }) = learned else {
+        return Err(DataError::Unfit(format!(
+            "the load is in {unit}, and the model has no coefficients in {unit}: learn it from such a log, or take readings in W, N·m or N"
+        )));
+    };
+    Ok(match name {
+        "tare" => *tare,
+        "k_tc" => *k_tc,
+        "k_te" => *k_te,
+        _ => 0.0,
+    })
 }
 
 /// Coefficient of a layer model.

@@ -11,7 +11,7 @@ use crate::learn::dataset::layers::TERMS;
 use crate::learn::program::declared::of_job;
 use crate::learn::report::{Added, Estimate, LearnReport};
 use crate::machine::Job;
-use crate::machine::material::{EffectUse, ForceModel, LinearEdge, Process, SHARES};
+use crate::machine::material::{EffectUse, ForceModel, LinearEdge, Process, RelativeLoad, SHARES};
 
 /// Model of a log or table; `None` if the data do not support one.
 pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
@@ -19,7 +19,8 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
         return None;
     }
     let value = |name: &str| report.final_base.iter().find(|v| v.name == name).map(|v| v.value);
-    let relative = report.final_base.iter().any(|v| v.name == "k_tc" && !v.unit.starts_with("N/"));
+    let is_relative = |v: &Estimate| matches!(v.name.as_str(), "k_tc" | "k_te") && !v.unit.starts_with("N/");
+    let relative = report.final_base.iter().any(is_relative);
     let declared = of_job(job);
     let base = match (value("k_tc"), value("k_te")) {
         (Some(k_tc), Some(k_te)) if !relative => {
@@ -27,16 +28,27 @@ pub fn of_report(report: &LearnReport, job: &Job) -> Option<Process> {
         }
         _ => layers(report),
     };
+    let names = || report.final_base.iter().map(|v| v.name.clone()).collect();
     Some(Process {
-        base,
         tare_w: value("tare").filter(|_| !relative),
         tare_rps: report.tare_rps.filter(|_| !relative),
+        relative: relative.then(|| of_relative(report)),
         effects: effects(report, &job.process),
-        covariance: report.covariance.clone(),
-        covariance_of: report.final_base.iter().map(|v| v.name.clone()).collect(),
+        covariance: base.as_ref().map_or_else(Vec::new, |_| report.covariance.clone()),
+        covariance_of: base.as_ref().map_or_else(Vec::new, |_| names()),
+        base,
         scatter: report.scatter,
         feed_per_tooth_mm: report.feed_per_tooth_mm.clone(),
     })
+}
+
+/// Coefficients of a load in percent or ampere; a term that the data do not tell is none.
+fn of_relative(report: &LearnReport) -> RelativeLoad {
+    let of = |name: &str| report.final_base.iter().find(|v| v.name == name);
+    let value = |name: &str| of(name).map_or(0.0, |v| v.value);
+    let unit = of("k_tc").or(of("k_te")).map_or("", |v| v.unit.split('/').next().unwrap_or(""));
+    let (tare, k_tc, k_te) = (value("tare"), value("k_tc"), value("k_te"));
+    RelativeLoad { unit: unit.to_owned(), tare, tare_rps: report.tare_rps, k_tc, k_te }
 }
 
 /// The layer model of a ball end. If its force depends on the cutting speed v of the layer by (v/1 m/s)^p, without a bend, the model
@@ -138,6 +150,7 @@ pub fn of_calibration(result: &Calibration) -> Option<Process> {
         base: Some(base),
         tare_w: result.tare,
         tare_rps: result.tare_rps.filter(|_| result.tare.is_some()),
+        relative: None,
         effects: Vec::new(),
         covariance: result.covariance.clone(),
         covariance_of: result.parameters.iter().map(|p| p.name.clone()).collect(),

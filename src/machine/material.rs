@@ -81,6 +81,22 @@ pub struct EffectUse {
     pub parameters: Vec<(String, f64)>,
 }
 
+/// Coefficients of a load in parts of a rating that is not known, as a drive shows it in percent or ampere: they predict such
+/// readings, not forces, and no feed rests on them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RelativeLoad {
+    /// Unit of the readings: "%" or "A".
+    pub unit: String,
+    /// Reading with nothing cut.
+    pub tare: f64,
+    /// Spindle speed that tare belongs to, rev/s.
+    pub tare_rps: Option<f64>,
+    /// Reading per removal rate, unit/(1000 mm³/s).
+    pub k_tc: f64,
+    /// Reading per contact rate, unit/(1000 mm²/s).
+    pub k_te: f64,
+}
+
 /// What calibration and diagnosis found: replaces the base coefficients where given, and adds effects.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Process {
@@ -90,6 +106,8 @@ pub struct Process {
     pub tare_w: Option<f64>,
     /// Spindle speed that tare belongs to, rev/s: at other speeds it follows the spindle's curve.
     pub tare_rps: Option<f64>,
+    /// In place of the base where the log had its load in percent or ampere.
+    pub relative: Option<RelativeLoad>,
     /// Effects on top of it, in the order added.
     pub effects: Vec<EffectUse>,
     /// Covariance of the base parameters, row by row, where it is known.

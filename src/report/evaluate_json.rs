@@ -37,6 +37,7 @@ struct QuantityPart<'a> {
     without_effects: ErrorsPart,
     about_mean_rmse: f64,
     bias: f64,
+    median_of_cuts_percent: f64,
 }
 
 impl<'a> EvaluationPart<'a> {
@@ -61,6 +62,7 @@ impl<'a> QuantityPart<'a> {
             without_effects: ErrorsPart::of(&q.without_effects),
             about_mean_rmse: q.about_mean,
             bias: q.bias,
+            median_of_cuts_percent: q.median_of_cuts,
         }
     }
 }

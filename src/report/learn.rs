@@ -18,9 +18,9 @@ pub fn evaluate_words(e: &Evaluation) -> String {
     }
     for q in &e.quantities {
         text += &format!(
-            "{}: error {:.3} ({:.1} %), mean of reading - prediction {:+.3}\n  without the effects {:.3}; about the mean of \
-             the readings {:.3}\n",
-            q.name, q.model.rmse, q.model.mape, q.bias, q.without_effects.rmse, q.about_mean
+            "{}: error {:.3} ({:.1} %), half of the cuts within {:.1} %, mean of reading - prediction {:+.3}\n  without the \
+             effects {:.3}; about the mean of the readings {:.3}\n",
+            q.name, q.model.rmse, q.model.mape, q.median_of_cuts, q.bias, q.without_effects.rmse, q.about_mean
         );
         if q.model.rmse >= q.about_mean {
             text += "  this model says less of these data than their mean does\n";

@@ -16,8 +16,8 @@
 //! proportion, L(f) = L(f₁) f/f₁. That is an upper bound for every law with an edge force, or with a specific force that falls with the
 //! chip thickness, whatever share of the measured load is edge force.
 //!
-//! Where the model has neither covariance nor scatter, a relative standard uncertainty of all forces is used instead. Parameters that the
-//! covariance does not name keep their ratio to those that it does.
+//! Where the model has no covariance, because its coefficients were not measured, the standard uncertainty of all forces that the setup states
+//! is used instead. Parameters that the covariance does not name keep their ratio to those that it does.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -51,11 +51,11 @@ pub fn doubt(job: &Job, places: f64) -> ModelUncertainty {
     let of_largest = normal.inverse_cdf(confidence.powf(places.max(1.0).recip()));
     let more = if deviations > 0.0 { of_largest / deviations } else { 1.0 };
     let mut jobs: Vec<Job> = apart(&job.process).into_iter().map(|process| Job { process, ..job.clone() }).collect();
-    jobs.extend(job.process.scatter.filter(|s| *s > 0.0).map(|s| with_coefficients(job, 1.0 + more * s)));
     if jobs.is_empty() {
         let stated = job.tools.iter().filter_map(|tool| job.material(tool)?.uncertainty).fold(0.0, f64::max);
         jobs.extend((stated > 0.0).then(|| with_coefficients(job, 1.0 + stated)));
     }
+    jobs.extend(job.process.scatter.filter(|s| *s > 0.0).map(|s| with_coefficients(job, 1.0 + more * s)));
     ModelUncertainty { jobs, deviations }
 }
 

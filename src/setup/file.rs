@@ -464,6 +464,8 @@ pub struct ProcessTable {
     pub tare: Option<Quantity>,
     /// Spindle speed that tare belongs to, rev/min: at other speeds it follows the spindle's curve.
     pub tare_speed: Option<Quantity>,
+    /// Coefficients of a load in percent or ampere: `evaluate` predicts such readings with them; no feed rests on them.
+    pub relative: Option<RelativeTable>,
     /// Effects on top of the base, in the order added.
     pub effect: Option<Vec<EffectTable>>,
     /// Covariance of the base parameters, row by row.
@@ -474,6 +476,22 @@ pub struct ProcessTable {
     pub scatter: Option<Quantity>,
     /// By the number of the tool: the highest feed per tooth of the cuts that the model rests on.
     pub feed_per_tooth: Option<BTreeMap<String, Quantity>>,
+}
+
+/// Coefficients of a load in parts of a rating that is not known.
+#[derive(Debug, Deserialize, JsonSchema, Default, Clone)]
+#[serde(deny_unknown_fields)]
+pub struct RelativeTable {
+    /// Unit of the readings, `%` or `A`.
+    pub unit: String,
+    /// Reading with nothing cut.
+    pub tare: f64,
+    /// Spindle speed that tare belongs to, rev/min.
+    pub tare_speed: Option<Quantity>,
+    /// Reading per removal rate, unit/(1000 mm³/s).
+    pub k_tc: f64,
+    /// Reading per contact rate, unit/(1000 mm²/s).
+    pub k_te: f64,
 }
 
 /// One named effect.

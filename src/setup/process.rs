@@ -1,12 +1,12 @@
 //! `[process]` and model files, as `calibrate` and `learn` write them. In: a table or file. Out: [`Process`]; and back.
 
 use super::error::{SetupError, from_toml};
-use super::file::ProcessTable;
+use super::file::{ProcessTable, RelativeTable};
 use super::forms::MaterialTable;
 use super::material::material;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
-use crate::machine::material::{EffectUse, ForceModel, Process};
+use crate::machine::material::{EffectUse, ForceModel, Process, RelativeLoad};
 use crate::units::{Dimension, rpm_from_rps};
 use std::path::Path;
 
@@ -34,8 +34,13 @@ fn read(path: &Path) -> Result<String, SetupError> {
 fn from_table(reader: &mut Reader, key: &str, table: &ProcessTable) -> Process {
     let within = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
     let effects = table.effect.iter().flatten();
+    let base = table.base.as_ref().map(|base| material(reader, &within("base"), base).model);
+    // A covariance is that of the coefficients in the same file: of the material's own it says nothing.
+    let covariance = table.covariance.clone().filter(|_| base.is_some()).unwrap_or_default();
+    let covariance_of = table.covariance_of.clone().filter(|_| base.is_some()).unwrap_or_default();
     Process {
-        base: table.base.as_ref().map(|base| material(reader, &within("base"), base).model),
+        base,
+        relative: table.relative.as_ref().map(|relative| of_relative(reader, &within("relative"), relative)),
         tare_w: reader.optional(&within("tare"), table.tare.as_ref(), Dimension::Power, Sense::NotNegative),
         tare_rps: reader.optional(&within("tare_speed"), table.tare_speed.as_ref(), Dimension::Speed, Sense::Positive),
         effects: effects
@@ -44,11 +49,17 @@ fn from_table(reader: &mut Reader, key: &str, table: &ProcessTable) -> Process {
                 parameters: effect.parameters.iter().flatten().map(|(name, value)| (name.clone(), *value)).collect(),
             })
             .collect(),
-        covariance: table.covariance.clone().unwrap_or_default(),
-        covariance_of: table.covariance_of.clone().unwrap_or_default(),
+        covariance,
+        covariance_of,
         scatter: reader.optional(&within("scatter"), table.scatter.as_ref(), Dimension::Ratio, Sense::NotNegative),
         feed_per_tooth_mm: feeds_per_tooth(reader, &within("feed_per_tooth"), table),
     }
+}
+
+fn of_relative(reader: &mut Reader, key: &str, table: &RelativeTable) -> RelativeLoad {
+    let RelativeTable { unit, tare, tare_speed, k_tc, k_te } = table;
+    let speed = reader.optional(&format!("{key}.tare_speed"), tare_speed.as_ref(), Dimension::Speed, Sense::Positive);
+    RelativeLoad { unit: unit.clone(), tare: *tare, tare_rps: speed, k_tc: *k_tc, k_te: *k_te }
 }
 
 fn feeds_per_tooth(reader: &mut Reader, key: &str, table: &ProcessTable) -> Vec<(u32, f64)> {
@@ -94,6 +105,14 @@ pub fn write(process: &Process) -> String {
             };
         }
     }
+    if let Some(RelativeLoad { unit, tare, tare_rps, k_tc, k_te }) = &process.relative {
+        text += "\n# Loads in parts of an unknown rating: for readings alone, no feed rests on them.\n[relative]\n";
+        text += &format!("unit = \"{unit}\"\ntare = {tare:?}\n");
+        if let Some(tare_rps) = tare_rps {
+            text += &format!("tare_speed = {:?} # rev/min\n", rpm_from_rps(*tare_rps));
+        }
+        text += &format!("k_tc = {k_tc:?} # {unit}/(1000 mm³/s)\nk_te = {k_te:?} # {unit}/(1000 mm²/s)\n");
+    }
     for effect in &process.effects {
         text += &format!("\n[[effect]]\nname = \"{}\"\n[effect.parameters]\n", effect.name);
         for (name, value) in &effect.parameters {
@@ -135,6 +154,7 @@ mod tests {
             base: Some(ForceModel::LinearEdge(edge)),
             tare_w: Some(0.1 + 0.2),
             tare_rps: Some(50.0),
+            relative: Some(RelativeLoad { unit: "%".into(), tare: 2.5, tare_rps: Some(25.0), k_tc: 478.1, k_te: 2.3 }),
             effects: vec![EffectUse { name: "runout".into(), parameters: vec![("offset_mm".into(), 1e-3)] }],
             covariance: vec![vec![1.0, 1e-9], vec![1e-9, 2.0]],
             covariance_of: vec!["k_tc".into(), "k_te".into()],
@@ -142,5 +162,11 @@ mod tests {
             feed_per_tooth_mm: vec![(1, 0.08), (12, 0.05)],
         };
         assert_eq!(load(&write(&process)).unwrap(), process);
+    }
+
+    #[test]
+    fn a_covariance_without_its_coefficients_is_none() {
+        let text = "covariance = [[450.0]]\ncovariance_of = [\"k_tc\"]\n";
+        assert_eq!(load(text).unwrap(), Process::default());
     }
 }
