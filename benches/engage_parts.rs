@@ -47,7 +47,7 @@ fn main() {
 fn parts(criterion: &mut Criterion) {
     for (name, tool, depth) in [("ball of 6 mm", ball(6.0), 0.6), ("flat of 6 mm", flat(6.0), 1.5)] {
         let extent = Box3 { min: Vec3::new(0.0, 0.0, 0.0), max: Vec3::new(18.0, 18.0, 5.0) };
-        let cutters = [Cutter::new(&tool, 0.1)];
+        let cutters = [Cutter::new(&tool, 0.1, 1)];
         let blanks = [Blank::Box(extent)];
         let elements = rows(depth);
         let scene = Scene { elements: &elements, cutters: &cutters, earlier: &[], blanks: &blanks, fixtures: &[] };

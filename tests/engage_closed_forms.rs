@@ -4,6 +4,7 @@
 
 mod engage_common;
 use engage_common::*;
+use feedwright::machine::{Profile, Shape};
 use feedwright::path::Plane;
 use std::f64::consts::PI;
 
@@ -52,6 +53,26 @@ fn side_cuts_at_any_angle_follow_the_radial_depth() {
             let found = errors(&map, 4, 0.0, exit, 45.0);
             assert!(found.len() >= 2 && found.last().unwrap() < &0.02, "{degrees}° ae {radial}: {:?}", found.last());
         }
+    }
+}
+
+/// A cone of 45° that comes to the corner of a block along the diagonal, down to d from the corner, engages the edge from the height d to
+/// the top of the block. A top of another block, as high as a border of its rings, does not end that.
+#[test]
+fn what_goes_on_beyond_a_level_is_engaged_there_too() {
+    let mill = tool(1, Shape::Chamfer, Profile::cone(10.0, 0.0, 0.5 * PI, 5.0));
+    let (deep, at) = (-3.5, -1.7);
+    for level in [-1.0, -1.03] {
+        let blocks = [0.0, level].map(|top| block([0.0, 0.0, -10.0], [16.0, 16.0, top]));
+        let mut path = Path::from([-8.0, -8.0, deep]);
+        path.line([at, at, deep]);
+        let map = run(&path, &job(vec![mill.clone()], blocks.to_vec()), 0.1, 0.3);
+        let last = stations(&map, 0).last().unwrap().to_owned();
+        let mut slices: Vec<u32> = map.arcs_of(&last).iter().map(|arc| arc.slice).collect();
+        slices.dedup();
+        let edge: f64 = slices.iter().map(|slice| map.slices_of(1)[*slice as usize].edge_mm).sum();
+        let expected = 2f64.sqrt() * (-deep - 2f64.sqrt() * -at);
+        assert!((edge / expected - 1.0).abs() < 0.01, "level {level}: {edge} mm of edge, {expected}");
     }
 }
 

@@ -100,7 +100,7 @@ fn peaks_of_light_cuts_are_those_of_a_helical_edge() {
     let mut wrong = Vec::new();
     for (mut side, width_mm) in cuts() {
         let tool = mill(Profile::flat(side.diameter_mm, 60.0), side.diameter_mm, FLUTES, side.helix_deg);
-        let rings = tool.profile.rings();
+        let rings = tool.profile.rings(1);
         let arcs = side_arcs(&rings, side.depth_mm, side.arc[0], side.arc[1]);
         // As deep as the rings that are engaged.
         side.depth_mm = arcs.iter().map(|arc| rings[arc.slice as usize].edge_mm).sum();

@@ -94,10 +94,10 @@ pub struct Cutter {
 }
 
 impl Cutter {
-    /// Tables of a tool for cells whose longer side is `cell_mm`.
-    pub fn new(tool: &Tool, cell_mm: f64) -> Self {
+    /// Tables of a tool for cells whose longer side is `cell_mm`, on rings cut into so many parts.
+    pub fn new(tool: &Tool, cell_mm: f64, parts: u32) -> Self {
         let profile = &tool.profile;
-        let slices = profile.rings();
+        let slices = profile.rings(parts);
         let spans = spans(&slices, profile);
         let margin = MARGIN_CELLS * cell_mm;
         let bands = bands(&slices, margin);

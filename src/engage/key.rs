@@ -22,6 +22,7 @@ pub fn key(path: &Toolpath, job: &Job, options: &Options) -> Key {
     parts.bytes(SOURCES.as_bytes());
     parts.optional(options.cell_mm.or(job.cell_mm));
     parts.number(options.spacing_mm);
+    parts.number(f64::from(options.ring_parts));
     parts.optional(job.air_feed.map(|air| air.approach_mm));
     parts.count(job.machine.offsets.len());
     for (offset, origin) in &job.machine.offsets {

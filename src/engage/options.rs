@@ -16,13 +16,15 @@ pub struct Options<'a> {
     pub cell_mm: Option<f64>,
     /// Most memory the height field may take, bytes; `None`: as much as it needs.
     pub max_memory_bytes: Option<u64>,
+    /// Rings of a cutter are cut into so many, each with arcs of its own: 1, or more to see what the usual ones lose.
+    pub ring_parts: u32,
     /// Reads STL and saved stock.
     pub loader: Option<Loader<'a>>,
 }
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Self { spacing_mm: 1.0, cell_mm: None, max_memory_bytes: None, loader: None }
+        Self { spacing_mm: 1.0, cell_mm: None, max_memory_bytes: None, ring_parts: 1, loader: None }
     }
 }
 

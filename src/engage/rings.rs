@@ -26,6 +26,8 @@ const GAP_SHARES: [f64; 2] = [4.0 * ROUGH, 8.0 * ROUGH];
 const ROUGH: f64 = 0.004;
 /// Change of engagement from one ring of a bottom to the next from which on both are split, rad.
 const UNEVEN_RAD: f64 = 0.1;
+/// Distance from the border of a ring at which it is seen whether a level at the border ends the engagement, as a share of the ring.
+const BESIDE: f64 = 0.01;
 /// Shortest arc kept, mm.
 const SHORTEST_MM: f64 = 1e-3;
 
@@ -273,13 +275,20 @@ impl<'a> Work<'a> {
     fn limit(&self, this: &Curved, beside: Option<&Curved>, side: usize) -> Limit {
         let border = this.ring.part[side];
         let height = if side == 1 { this.ring.top } else { beside.map_or(f64::NEG_INFINITY, |beside| beside.ring.top) };
-        if !this.bottom && self.levels.iter().any(|level| (level - height).abs() < 1e-6) {
-            return Limit::Between;
-        }
         let width = |of: &Curved, at: f64| {
             let ring = self.sub_ring(of.ring.slice, [at, at], of.bottom);
             extent(&self.ring(&ring, &of.windows))
         };
+        // A level at the border is what ends the engagement, unless something is engaged beyond it too.
+        if !this.bottom && self.levels.iter().any(|level| (level - height).abs() < 1e-6) {
+            let beyond = |of: &Curved| {
+                let [from, to] = of.ring.part;
+                of.ring.part[1 - side] + [-BESIDE, BESIDE][side] * (to - from)
+            };
+            if beside.is_none_or(|of| width(of, beyond(of)) == 0.0) {
+                return Limit::Between;
+            }
+        }
         let middle = |ring: &SubRing| 0.5 * (ring.part[0] + ring.part[1]);
         let (inner, of_inner) = (middle(&this.ring), extent(&this.angles));
         let at_border = width(this, border);

@@ -133,7 +133,7 @@ fn engage_all(
         || PlacedElements::new(path, job, &cutting),
     );
     let (cell, pieces) = stock?;
-    let cutters: Vec<Cutter> = cutting.iter().map(|tool| Cutter::new(tool, cell)).collect();
+    let cutters: Vec<Cutter> = cutting.iter().map(|tool| Cutter::new(tool, cell, options.ring_parts)).collect();
     let (earlier, blanks, mut fields) = Earlier::of(pieces, cutters.len());
     let again = match asked {
         Asked::AllBut(again) => Some(again).filter(|again| again.fits(&cutters)),

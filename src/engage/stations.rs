@@ -237,7 +237,7 @@ mod tests {
     /// number. Each keeps its place, and a map that goes on from this one enters none of them again.
     #[test]
     fn each_of_many_partial_rings_is_itself() {
-        let cutter = Cutter::new(&ball(), 0.2);
+        let cutter = Cutter::new(&ball(), 0.2, 1);
         let whole = vec![(1, cutter.slices.clone())];
         let step = |k: u16| f32::from(k) / PARTS;
         let parts =
