@@ -9,7 +9,8 @@
 //! as every direction is within η of the middle of its sector, |F| ≤ (largest sum along that middle) / cos η.
 //!
 //! The edge winds through a ring at its helix: of its length that part is engaged whose immersion lies in the arc, and acts at the middle of it
-//! (the chip of a part is at most that at its middle, as a sine between 0 and π is concave).
+//! (the chip of a part is at most that at its middle, as a sine between 0 and π is concave). Along a thin wall the arc turns with the height as
+//! the edge does, so that all of the edge may be engaged at once: the larger part of both counts.
 //!
 //! Boxes of rotations and directions are halved until each is below the limit, or too small: then its bound stands. Sums are plain
 //! doubles; what their rounding can be (some hundred operations, each 2⁻⁵³ of terms whose magnitude is summed up beside) is added.
@@ -33,6 +34,8 @@ pub struct Edge {
     pub turn: [f64; 2],
     /// Angle by which its upper end lags behind its middle, rad.
     pub lag: f64,
+    /// The least by which it may lag behind its middle against the arc, which turns with the height too, rad.
+    pub against: f64,
     /// Its ring.
     pub ring: Ring,
     /// Its share of the feed per tooth.
@@ -219,13 +222,19 @@ impl Work<'_> {
 }
 
 impl Edge {
-    /// The largest part of it, 0 to 1, that is in its arc at one of these rotations: it grows with slope 1/(2 lag) from where the leading end
-    /// enters, and falls alike to where the trailing end leaves.
+    /// The largest part of it, 0 to 1, that is in its arc at one of these rotations, be the arc upright or turning with the height as those
+    /// beside it say.
     fn most_engaged(&self, over: [f64; 2]) -> f64 {
+        self.engaged(over, self.lag).max(self.engaged(over, self.against))
+    }
+
+    /// That part where the upper end lags by so much: it grows with slope 1/(2 lag) from where the leading end enters, and falls alike to where
+    /// the trailing end leaves.
+    fn engaged(&self, over: [f64; 2], lag: f64) -> f64 {
         let [entry, exit] = self.arc.map(|phi| phi - self.off);
         let best = (0.5 * (entry + exit)).clamp(over[0], over[1]);
-        let inside = (best + self.lag - entry).min(exit + self.lag - best).min(exit - entry);
-        if inside >= 2.0 * self.lag { 1.0 } else { (inside / (2.0 * self.lag) * (1.0 + ROUNDING)).clamp(0.0, 1.0) }
+        let inside = (best + lag - entry).min(exit + lag - best).min(exit - entry);
+        if inside >= 2.0 * lag { 1.0 } else { (inside / (2.0 * lag) * (1.0 + ROUNDING)).clamp(0.0, 1.0) }
     }
 }
 

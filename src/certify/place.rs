@@ -28,6 +28,8 @@ pub struct Arc {
 
 /// Relative bound of the rounding of the closed forms here: a hundred operations.
 const ROUNDING: f64 = 1e-12;
+/// Parts of the outline that are no further apart touch, as a share of its piece: the rounding of their ends.
+const TOUCHES: f64 = 1e-6;
 /// Shortest piece of an arc that counts, rad: the rounding of immersions.
 const NOTHING_RAD: f64 = 1e-9;
 
@@ -74,7 +76,7 @@ impl Place {
         let rings = arcs.iter().map(|arc| Ring::of(tool, parts.get(arc.ring)?)).collect::<Option<Vec<Ring>>>()?;
         let weights = weights(tool, arcs, &rings);
         let largest_share = teeth.each.iter().map(|[_, share]| *share).fold(0.0, f64::max);
-        for ((arc, ring), weights) in arcs.iter().zip(&rings).zip(weights) {
+        for (k, ((arc, ring), weights)) in arcs.iter().zip(&rings).zip(weights).enumerate() {
             let length = arc.exit - arc.entry;
             if !(length > 0.0 && length <= TAU + 1e-4 && arc.entry.abs() <= 2.0 * TAU) {
                 return None;
@@ -82,6 +84,7 @@ impl Place {
             place.depth.hi = place.depth.hi.max(ring.top);
             for [lead, share] in &teeth.each {
                 let lag = lag_rad(tool, ring.half).abs();
+                let against = lag.min(ring.half * turn_beside(k, tool, parts, arcs, &rings));
                 let passes = passes([arc.entry - lag, arc.exit + lag], lead - lag_rad(tool, ring.z), teeth.period);
                 let (arc, ring, share) = ([arc.entry, arc.exit], *ring, *share);
                 let edge = |(over, off)| Edge {
@@ -90,6 +93,7 @@ impl Place {
                     off,
                     turn: [f64::cos(off), f64::sin(off)],
                     lag,
+                    against,
                     ring,
                     share,
                     weights,
@@ -164,6 +168,21 @@ fn weights(tool: &Tool, arcs: &[Arc], rings: &[Ring]) -> Vec<[f64; 3]> {
         [1.0, own[0].hi.max(of_mean[0].hi), own[1].hi.max(of_mean[1].hi)]
     };
     rings.iter().map(each).collect()
+}
+
+/// The least turn of an edge against the border of an arc, rad per mm of height, as the arcs on the rings above and below tell it.
+fn turn_beside(k: usize, tool: &Tool, parts: &[Part], arcs: &[Arc], rings: &[Ring]) -> f64 {
+    let own = &parts[arcs[k].ring];
+    let beside = |j: &usize| {
+        let other = &parts[arcs[*j].ring];
+        let touches = (other.from - own.to).abs() < TOUCHES || (own.from - other.to).abs() < TOUCHES;
+        touches && other.segment == own.segment && rings[*j].z != rings[k].z
+    };
+    let turns = (0..arcs.len()).filter(beside).flat_map(|j| {
+        let (by, up) = ([arcs[j].entry - arcs[k].entry, arcs[j].exit - arcs[k].exit], rings[j].z - rings[k].z);
+        by.map(|by| (lag_rad(tool, 1.0) + by / up).abs())
+    });
+    turns.fold(f64::INFINITY, f64::min)
 }
 
 /// The parts of an arc where `swing` sin φ + `lift` is positive.
