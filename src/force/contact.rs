@@ -53,23 +53,22 @@ impl Engaged {
     }
 }
 
-/// Engagement of a station by its arcs. Under a level feed a bottom face sweeps without a chip; it is no part of the
-/// contact (Xu, Eq. 3.7).
+/// Engagement of a station by its arcs. An end face has arcs only where it goes down, and rubs there however shallow the ramp is; under a
+/// level feed it sweeps without a chip and is no part of the contact (Xu, Eq. 3.7).
 pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes: u32, tangent_z: f64) -> Engaged {
     let (mut contact, mut section, mut up, mut way, mut height) = (0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut angle, mut last_slice) = (0.0, None);
     let (mut up_chip, mut middle, mut sectors) = (0.0, [0.0; 2], [[0.0; 4]; SECTORS]);
-    let level = tangent_z.abs() < 0.02;
+    let across = (1.0 - tangent_z * tangent_z).max(0.0).sqrt();
     for arc in map.arcs_of(station) {
         let slice = &slices[arc.slice as usize];
-        if level && slice.normal_r < 0.02 {
-            continue;
-        }
         let (entry, exit) = (f64::from(arc.entry_rad), f64::from(arc.exit_rad));
         let swept = slice.radius_mm * (exit - entry) * slice.edge_mm;
         let in_up = (exit.min(FRAC_PI_2) - entry.min(FRAC_PI_2)).max(0.0) / (exit - entry).max(1e-9);
         contact += swept;
-        section += slice.radius_mm * (entry.cos() - exit.cos()) * slice.edge_mm * slice.normal_r.max(0.0);
+        let (swing, lift) = (across * slice.normal_r.max(0.0), tangent_z * slice.normal_z);
+        let chip = swing * (entry.cos() - exit.cos()) + lift * (exit - entry);
+        section += (slice.radius_mm * slice.edge_mm * chip).max(0.0);
         up += swept * (2.0 * in_up - 1.0);
         let turn = |from: f64, to: f64| slice.radius_mm * slice.edge_mm * (from.cos() - to.cos());
         up_chip += turn(entry.min(FRAC_PI_2), exit.min(FRAC_PI_2)) - turn(entry.max(FRAC_PI_2), exit.max(FRAC_PI_2));
@@ -94,7 +93,7 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
         (sector[2], sector[3]) = (sector[2] / sector[1], sector[3] / sector[1]);
     }
     let mean = f64::from(station.removal_area_mm2);
-    let share = if level && section > 1e-9 { (mean / section).clamp(0.0, 1.2) } else { 1.0 };
+    let share = if section > 1e-9 { (mean / section).clamp(0.0, 1.2) } else { 1.0 };
     Engaged {
         section_mm2: mean,
         contact_mm2: contact * f64::from(flutes) * share,
