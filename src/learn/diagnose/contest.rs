@@ -136,7 +136,7 @@ impl Diagnosis<'_> {
         let shaped = self.flexible(without_it, &present.left, (&trial, &left), shapes);
         let mut rivals: Vec<(Rival, Vec<f64>)> = Vec::new();
         for trial in self.trials(without_it, false) {
-            let sound = unphysical(trial.fitted.model.effects.last(), self.data.clock_s).is_none();
+            let sound = unphysical(trial.fitted.model.effects.last(), self.data).is_none();
             if trial.effect.name != own.effect.name && sound && trial.score > self.threshold() {
                 let left = self.held_out_of_trial(without_it, &trial);
                 rivals.push((Rival::Named(trial), left));

@@ -90,7 +90,7 @@ impl Diagnosis<'_> {
         if trial.score < self.threshold() {
             return Err(format!("it explains too little for its parameters (score {:.1})", trial.score));
         }
-        if let Some(why) = unphysical(trial.fitted.model.effects.last(), self.data.clock_s) {
+        if let Some(why) = unphysical(trial.fitted.model.effects.last(), self.data) {
             return Err(why);
         }
         if let Some(name) = self.edge_without_load(present.model, trial) {

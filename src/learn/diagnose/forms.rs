@@ -24,7 +24,7 @@ impl Diagnosis<'_> {
             (each.values[k], each.free[k]) = (start, true);
             let effects: Vec<FittedEffect> = others.iter().chain([&each]).cloned().collect();
             let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
-            let sound = unphysical(fitted.model.effects.last(), self.data.clock_s).is_none();
+            let sound = unphysical(fitted.model.effects.last(), self.data).is_none();
             sound.then(|| (score_of(&self.train, &found, &fitted, 1).0, fitted))
         };
         let shapes = last.effect.parameters.iter().enumerate().filter(|(k, p)| p.neutral == Some(last.values[*k]));
@@ -59,7 +59,7 @@ impl Diagnosis<'_> {
             let (score, _) = score_of(&self.train, without_it, &fitted, each.free_count());
             Some((score, fitted))
         };
-        let sound = |f: &Fitted| unphysical(f.model.effects.last(), self.data.clock_s).is_none();
+        let sound = |f: &Fitted| unphysical(f.model.effects.last(), self.data).is_none();
         let forms = starts(own, &self.train, present);
         let best = forms.par_iter().filter_map(fitted).filter(|(_, f)| sound(f)).max_by(|a, b| a.0.total_cmp(&b.0));
         best.filter(|(score, _)| *score > same + self.criteria().form_margin).map(|(_, fitted)| fitted)

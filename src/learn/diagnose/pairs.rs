@@ -30,7 +30,7 @@ impl Diagnosis<'_> {
                 let asked = two.fitted.model.effects.iter().map(FittedEffect::free_count).sum();
                 let (score, _) = score_of(&self.train, base, &two.fitted, asked);
                 if score > 2.0 * self.threshold()
-                    && two.fitted.model.effects.iter().all(|u| unphysical(Some(u), self.data.clock_s).is_none())
+                    && two.fitted.model.effects.iter().all(|u| unphysical(Some(u), self.data).is_none())
                 {
                     pairs.push((score, two));
                 }

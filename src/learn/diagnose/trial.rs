@@ -1,7 +1,7 @@
 //! One candidate on top of a model. In: data, the model so far, an effect. Out: its best fit with gain and score.
 
-use crate::effects::{Effect, Parameter};
-use crate::learn::dataset::samples::Data;
+use crate::effects::{Effect, Parameter, Place};
+use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::candidates::starts;
 use crate::learn::diagnose::residual::inflation;
 use crate::learn::model::design::FittedEffect;
@@ -102,14 +102,17 @@ pub fn p_value(trial: &Trial) -> f64 {
     ChiSquared::new(freedom).map_or(1.0, |chi| chi.sf(trial.gain.max(0.0)))
 }
 
-/// Why the parameters of an effect are not physical; `clock_s`: uncertainty of the log's times, s.
-pub fn unphysical(each: Option<&FittedEffect>, clock_s: f64) -> Option<String> {
+/// Why the parameters of an effect are not physical.
+pub fn unphysical(each: Option<&FittedEffect>, data: &Data) -> Option<String> {
     let each = each?;
     if !each.effect.is_physical(&each.values) {
         return Some("its parameters leave their physical bounds".into());
     }
-    if let Some(why) = (each.effect.refused)(&each.values, clock_s) {
+    if let Some(why) = (each.effect.refused)(&each.values, data.clock_s) {
         return Some(why);
+    }
+    if is_without_border(each, data) {
+        return Some("none of its borders lies in the cuts".into());
     }
     let strength = (0..each.values.len()).find(|k| each.free[*k] && !each.effect.parameters[*k].is_scanned())?;
     let (value, parameter) = (each.values[strength], &each.effect.parameters[strength]);
@@ -118,10 +121,72 @@ pub fn unphysical(each: Option<&FittedEffect>, clock_s: f64) -> Option<String> {
         .then(|| format!("{} runs into its physical bound ({value:.3})", parameter.name))
 }
 
+/// Is it a region that no cut enters or leaves? With all its borders beyond the cuts it is a slope over the whole part, which any
+/// change in the course of the program resembles.
+fn is_without_border(each: &FittedEffect, data: &Data) -> bool {
+    let border = |place| {
+        let k = each.effect.parameters.iter().position(|parameter| parameter.place == Some(place))?;
+        Some(each.values[k])
+    };
+    let (Some(x_min), Some(x_max), Some(y_min), Some(y_max)) =
+        (border(Place::XMin), border(Place::XMax), border(Place::YMin), border(Place::YMax))
+    else {
+        return false;
+    };
+    let loads: Vec<usize> = (0..data.base.len()).filter(|&k| data.base[k].class != Class::Tare).collect();
+    let cuts = || data.used().filter(|&i| loads.iter().any(|&k| data.columns[k][i] != 0.0));
+    let is_within = |axis: usize, border: f64| {
+        let places = || cuts().map(|i| data.state[i].position[axis]);
+        places().any(|at| at < border) && places().any(|at| at > border)
+    };
+    !([x_min, x_max].iter().any(|border| is_within(0, *border))
+        || [y_min, y_max].iter().any(|border| is_within(1, *border)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::named;
+    use crate::effects::{State, named};
+    use crate::learn::dataset::samples::Base;
+    use crate::path::Vec3;
+
+    /// Cuts along x from 0 to 100 mm at y = 5 mm.
+    fn cuts_along_x() -> Data {
+        let bounds = crate::learn::dataset::samples::UNBOUNDED;
+        let base = |name: &str, class| Base { name: name.into(), unit: String::new(), class, prior: None, bounds };
+        let at = |i: usize| State { position: Vec3::new(i as f64, 5.0, 0.0), ..State::default() };
+        Data {
+            base: vec![base("tare", Class::Tare), base("k_tc", Class::Cutting)],
+            columns: vec![vec![1.0; 101]; 2],
+            reading: vec![1.0; 101],
+            weight: vec![1.0; 101],
+            state: (0..101).map(at).collect(),
+            run: vec![0; 101],
+            ..Data::default()
+        }
+    }
+
+    #[test]
+    fn a_region_needs_a_border_in_the_cuts() {
+        let data = cuts_along_x();
+        let refused = |name: &str, place: [f64; 4]| {
+            let effect = named(name).unwrap();
+            let start = |p: &Parameter| match p.place {
+                Some(Place::XMin) => place[0],
+                Some(Place::XMax) => place[1],
+                Some(Place::YMin) => place[2],
+                Some(Place::YMax) => place[3],
+                _ => p.starts[0],
+            };
+            let values: Vec<f64> = effect.parameters.iter().map(start).collect();
+            let free = vec![true; values.len()];
+            unphysical(Some(&FittedEffect { effect, values, free }), &data).is_some()
+        };
+        assert!(!refused("hard-zone", [99.0, 500.0, -100.0, 100.0]));
+        assert!(refused("hard-zone", [101.0, 500.0, -100.0, 100.0]));
+        assert!(refused("hard-zone", [-7979.0, 92086.0, -143.0, 2204.0]));
+        assert!(!refused("size-effect", [0.0; 4]));
+    }
 
     #[test]
     fn the_law_is_free_and_another_form_is_charged_for_the_choice() {
