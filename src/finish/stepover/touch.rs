@@ -7,15 +7,27 @@
 //! it lies
 //! * on the facet, at a + r sin θ uphill of the axis, if that point is inside the triangle;
 //! * otherwise on an edge that separates the triangle from that point, where the function is again concave: in closed
-//!   form for a ball and a flat end, by regula falsi on its derivative for a bull-nose end.
+//!   form for a ball and a flat end, by Newton steps for a bull-nose end.
+//!
+//! Bull-nose end on an edge of slope m ≥ 0 at the horizontal distance d from the axis: let w be the component across the edge of the unit vector
+//! from the axis towards the contact, at ρ. Along that vector the lower side rises by G = m/√(1 − w²), so ρ = a + r·G/√(1 + G²) and
+//!
+//! d = ρ w = w (a + r m/√(m² + 1 − w²)).
+//!
+//! The right side is convex and grows from 0 to a + r, so Newton steps from a w that is too large come down to the root. On any plane through
+//! the edge the tool rests at least as high as on the edge alone; of those whose steepest direction has the component w across the edge, the
+//! slope is G, and with z the height of the edge nearest to the axis
+//!
+//! tip ≤ z − G w d + r(√(1 + G²) − 1) + a G,
+//!
+//! whatever w is. Edges that this keeps below a known contact are not looked at further.
 
 use super::shape::Shape;
 use crate::path::Vec3;
 
-/// Tolerance of the contact on an edge for a bull-nose end, mm; the error of the height is its square over the corner
-/// radius.
-const PLACE_MM: f64 = 1e-7;
-/// Most steps for it; about seven are needed.
+/// Tolerance of the component w for a bull-nose end: steps are squared from one to the next, so that the last one leaves an error of 1e-12.
+const ACROSS: f64 = 1e-12;
+/// Most steps for it; about three are needed, twenty on an edge that is nearly level.
 const STEPS: u32 = 60;
 
 /// Part of a triangle.
@@ -99,7 +111,8 @@ impl Facet {
         let mut best: Option<Touched> = None;
         for k in 0..3u8 {
             if tested[usize::from(k)] {
-                let other = edge(&self.corners, k, p, shape);
+                let known_mm = best.map_or(known_mm, |best| best.tip_mm.max(known_mm));
+                let other = edge(&self.corners, k, p, shape, known_mm);
                 best = best.filter(|best| other.is_none_or(|other| other.tip_mm <= best.tip_mm)).or(other);
             }
         }
@@ -107,8 +120,8 @@ impl Facet {
     }
 }
 
-/// Contact with an edge, including its ends.
-fn edge(triangle: &[Vec3; 3], k: u8, p: [f64; 2], shape: Shape) -> Option<Touched> {
+/// Contact with an edge, including its ends; `None` too where the tip is found to be at most `known_mm` on the way.
+fn edge(triangle: &[Vec3; 3], k: u8, p: [f64; 2], shape: Shape, known_mm: f64) -> Option<Touched> {
     let next = (k + 1) % 3;
     let (a, b) = (triangle[k as usize], triangle[next as usize]);
     let (dx, dy) = (b.x - a.x, b.y - a.y);
@@ -132,7 +145,7 @@ fn edge(triangle: &[Vec3; 3], k: u8, p: [f64; 2], shape: Shape) -> Option<Touche
         return None;
     }
     let slope = (b.z - a.z) / length;
-    let u = lowest_gap(slope, off.abs(), [from, to], shape);
+    let u = lowest_gap(slope, off.abs(), shape, known_mm - (a.z - slope * begin))?.clamp(from, to);
     let feature = match u {
         u if u <= begin => Feature::Corner(k),
         u if u >= begin + length => Feature::Corner(next),
@@ -144,47 +157,37 @@ fn edge(triangle: &[Vec3; 3], k: u8, p: [f64; 2], shape: Shape) -> Option<Touche
     Some(Touched { tip_mm, point, feature })
 }
 
-/// Position u between two limits at which slope·u − h(√(u² + off²)) is largest.
-fn lowest_gap(slope: f64, off: f64, [from, to]: [f64; 2], shape: Shape) -> f64 {
-    let Shape { flat_mm, corner_mm } = shape;
-    if corner_mm == 0.0 {
-        return if slope > 0.0 { to } else { from };
+/// Position u at which slope·u − h(√(u² + off²)) is largest; `None` if that is found to be at most `known_mm`.
+fn lowest_gap(slope: f64, off: f64, shape: Shape, known_mm: f64) -> Option<f64> {
+    let Shape { flat_mm: a, corner_mm: r } = shape;
+    let m = slope.abs();
+    if r == 0.0 {
+        return Some(if slope > 0.0 { f64::INFINITY } else { f64::NEG_INFINITY });
     }
-    if flat_mm == 0.0 {
-        let half = (corner_mm * corner_mm - off * off).max(0.0).sqrt();
-        return (half * slope / (slope * slope + 1.0).sqrt()).clamp(from, to);
+    if a == 0.0 {
+        return Some((r * r - off * off).max(0.0).sqrt() * slope / (m * m + 1.0).sqrt());
     }
-    // The sign of the slope, free of its pole at the rim: slope·ρ·√(r² − q²) − q·u, q = ρ − a.
-    let rise = |u: f64| {
-        let out = (u * u + off * off).sqrt();
-        let q = (out - flat_mm).max(0.0);
-        slope * out * (corner_mm * corner_mm - q * q).max(0.0).sqrt() - q * u
-    };
-    let (mut low, mut high) = ((from, rise(from)), (to, rise(to)));
-    if low.1 <= 0.0 {
-        return from;
+    if m == 0.0 {
+        return Some(0.0);
     }
-    if high.1 > 0.0 {
-        return to;
+    let mut w = (off / (a + r * m / (m * m + 1.0).sqrt())).min(1.0);
+    let steepest = m / (1.0 - w * w).sqrt();
+    let most_mm = r * ((1.0 + steepest * steepest).sqrt() - 1.0) + (a - w * off) * steepest;
+    if most_mm <= known_mm {
+        return None;
     }
-    let mut u = low.0;
+    let square = m * m + 1.0;
     for _ in 0..STEPS {
-        let before = u;
-        u = low.0 + low.1 * (high.0 - low.0) / (low.1 - high.1);
-        let here = rise(u);
-        // Illinois modification.
-        if here > 0.0 {
-            low = (u, here);
-            high.1 *= 0.5;
-        } else {
-            high = (u, here);
-            low.1 *= 0.5;
-        }
-        if (u - before).abs() < PLACE_MM {
+        let per = 1.0 / (square - w * w).sqrt();
+        let corner = r * m * per;
+        let by = (w * (a + corner) - off) / (a + corner * square * per * per);
+        w -= by;
+        if by <= ACROSS {
             break;
         }
     }
-    u
+    let along = (1.0 - w * w).max(0.0).sqrt();
+    Some(along * (a + r * m / (square - w * w).sqrt()) * slope.signum())
 }
 
 #[cfg(test)]
