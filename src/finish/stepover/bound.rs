@@ -12,10 +12,13 @@
 //!   concave, beyond the flat with a second derivative of at most −1/r. So F = g·ρ − h(ρ) − g·(ρ − s) ≤ lift − g·e − max(0, q − e)²/2r, with q
 //!   the distance from ρ* of the s of the rectangle, and not more than ρ* − a, the part of it beyond the flat. (To move ρ by δ towards ρ*
 //!   costs g·δ and saves less: the derivative of the last term is at most (ρ* − a)/r < g.)
-
+//! * Where |t| ≥ T and s ≥ s₀, for any j, k ≥ 0, F ≤ (g + j)·s + k·|t| − h(ρ) − j·s₀ − k·T, and the first three terms are at most the lift of
+//!   the slope √((g + j)² + k²). As √(x² + k²) ≤ x + k²/2x, that is at most the lift of g + j and k²(a/g + r/√(1 + g²))/2 more. With the best k,
+//!   F ≤ lift(g + j) − j·s₀ − T²·*across*, across = 1/2(a/g + r/√(1 + g²)), and with the best j, F ≤ lift − q²/2r − T²·across with q =
+//!   max(0, s₀ − ρ*).
 //!
-//! Bounds are stored and compared in single precision, so that a node fills one line of the cache. Its errors, at most a few 2⁻²⁴ of the numbers
-//! involved, are within the allowance [`ROUNDING`], by which the rectangle is wider and the plane higher.
+//! Bounds are stored and compared in single precision, four side by side ([`Bounds`]), so that they are worked out in one go. Its errors, at most
+//! a few 2⁻²⁴ of the numbers involved, are within the allowance [`ROUNDING`], by which the rectangle is wider and the plane higher.
 
 use super::shape::Shape;
 use crate::path::Vec3;
@@ -41,6 +44,8 @@ pub struct Bound {
     lift: f32,
     /// ρ*, mm.
     contact: f32,
+    /// See the head of the file, 1/mm.
+    across: f32,
 }
 
 /// What is the same for all bounds of a tool.
@@ -52,6 +57,9 @@ pub struct OfTool {
     half_curvature: f32,
     /// 1/2R, 1/mm; 0 for a ball.
     per_reach: f32,
+    /// 1 for a ball, 0 otherwise; and the other way round.
+    as_ball: f32,
+    as_bull: f32,
     /// R², mm².
     reach_squared: f32,
 }
@@ -65,14 +73,11 @@ impl OfTool {
             flat: a as f32,
             half_curvature: if r > 0.0 { per(r) as f32 } else { 0.0 },
             per_reach: if a > 0.0 { per(shape.radius_mm()) as f32 } else { 0.0 },
+            as_ball: if a > 0.0 { 0.0 } else { 1.0 },
+            as_bull: if a > 0.0 { 1.0 } else { 0.0 },
             reach_squared: ((1.0 + ROUNDING) * shape.radius_mm().powi(2)) as f32,
         }
     }
-}
-
-/// A height not above this one.
-pub fn below(tip_mm: f64) -> f32 {
-    (tip_mm - ROUNDING * tip_mm.abs()) as f32
 }
 
 impl Bound {
@@ -112,32 +117,78 @@ impl Bound {
             level: (top + ROUNDING * top.abs() + wider * (1.0 + 2.0 * g)) as f32,
             lift: (r * (secant - 1.0) + a * g) as f32,
             contact: (a + r * g / secant) as f32,
+            across: ((1.0 - ROUNDING) * 0.5 * g / (a + r * g / secant).max(f64::MIN_POSITIVE)) as f32,
+        }
+    }
+}
+
+/// Number of bounds side by side.
+pub const WIDE: usize = 4;
+
+/// One number of each bound.
+type Each = [f32; WIDE];
+
+/// Bounds side by side; see [`Bound`].
+#[derive(Debug, Clone, Copy)]
+pub struct Bounds {
+    uphill: [Each; 2],
+    low: [Each; 2],
+    high: [Each; 2],
+    slope: Each,
+    level: Each,
+    lift: Each,
+    contact: Each,
+    across: Each,
+}
+
+/// The larger of two numbers, as one instruction.
+#[inline]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+impl Bounds {
+    /// Of at most [`WIDE`] bounds; those that are lacking are minus infinity.
+    pub fn of(bounds: &[Bound]) -> Self {
+        let each = |of: &dyn Fn(&Bound) -> f32, else_: f32| [0, 1, 2, 3].map(|k| bounds.get(k).map_or(else_, of));
+        let both = |of: &dyn Fn(&Bound) -> [f32; 2]| [0, 1].map(|axis| each(&|bound| of(bound)[axis], 0.0));
+        Self {
+            uphill: both(&|bound| bound.uphill),
+            low: both(&|bound| bound.low),
+            high: both(&|bound| bound.high),
+            slope: each(&|bound| bound.slope, 0.0),
+            level: each(&|bound| bound.level, f32::NEG_INFINITY),
+            lift: each(&|bound| bound.lift, 0.0),
+            contact: each(&|bound| bound.contact, 0.0),
+            across: each(&|bound| bound.across, 0.0),
         }
     }
 
-    /// Upper bound of the tip at `p`, mm; minus infinity if it is known quickly to be at most `known_mm`.
+    /// Upper bounds of the tip at `p`, mm; minus infinity beyond the reach of the tool.
     #[inline]
-    pub fn at(&self, p: [f32; 2], tool: &OfTool, known_mm: f32) -> f32 {
-        let s = p[0] * self.uphill[0] + p[1] * self.uphill[1];
-        let t = p[1] * self.uphill[0] - p[0] * self.uphill[1];
-        let under = self.level + self.slope * s;
-        if under + self.lift <= known_mm {
-            return f32::NEG_INFINITY;
+    pub fn at(&self, p: [f32; 2], tool: &OfTool) -> Each {
+        let mut most = [0.0; WIDE];
+        for k in 0..WIDE {
+            let s = p[0] * self.uphill[0][k] + p[1] * self.uphill[1][k];
+            let t = p[1] * self.uphill[0][k] - p[0] * self.uphill[1][k];
+            let under = self.level[k] + self.slope[k] * s;
+            let (from, to) = (self.low[0][k] - s, self.high[0][k] - s);
+            let aside = larger(larger(self.low[1][k] - t, t - self.high[1][k]), 0.0);
+            let ahead = larger(larger(from, -to), 0.0);
+            let beyond = larger(from - self.contact[k], 0.0);
+            let off = larger(beyond, self.contact[k] - to);
+            let aside = aside * aside;
+            // Of a ball, a = 0, the first is what is said of it; the other two are 0.
+            let longer = aside * tool.per_reach;
+            let most_off = if tool.flat == 0.0 { off } else { -larger(-off, tool.flat - self.contact[k]) };
+            let short = larger(most_off - longer, 0.0);
+            let first = (short * short + aside * tool.as_ball) * tool.half_curvature + self.slope[k] * longer;
+            let second = aside * self.across[k] * tool.as_bull + beyond * beyond * tool.half_curvature;
+            let (highest, corner) = (self.lift[k] - larger(first, second), self.slope[k] * to);
+            let found = under - larger(-highest, -corner);
+            let is_near = ahead * ahead + aside <= tool.reach_squared;
+            most[k] = if is_near { found } else { f32::NEG_INFINITY };
         }
-        let (from, to) = (self.low[0] - s, self.high[0] - s);
-        let aside = (self.low[1] - t).max(t - self.high[1]).max(0.0);
-        let ahead = from.max(-to).max(0.0);
-        if ahead * ahead + aside * aside > tool.reach_squared {
-            return f32::NEG_INFINITY;
-        }
-        let off = (from - self.contact).max(self.contact - to).max(0.0);
-        let less = if tool.flat == 0.0 {
-            (off * off + aside * aside) * tool.half_curvature
-        } else {
-            let longer = aside * aside * tool.per_reach;
-            let short = (off.min(self.contact - tool.flat) - longer).max(0.0);
-            self.slope * longer + short * short * tool.half_curvature
-        };
-        under + (self.lift - less).min(self.slope * to)
+        most
     }
 }

@@ -1,10 +1,11 @@
 //! Drop-cutter: lowers a tool along its axis until it touches a mesh. In: triangles, tool shape, places in XY. Out:
 //! height of the tip, with the point of contact.
 //!
-//! The triangles form a binary tree; each node has an upper bound of the tip height ([`Bound`]). The child with the
-//! higher bound is visited first; nodes whose bound is below the contact found so far are skipped (branch and bound).
+//! The triangles form a tree of nodes with four children or, in its leaves, four triangles; each of these has an upper bound of the tip height
+//! ([`Bounds`]). The child with the highest bound is visited first; those whose bound is below the contact found so far are skipped (branch and
+//! bound).
 
-use super::bound::{Bound, OfTool, below};
+use super::bound::{Bound, Bounds, OfTool, WIDE};
 use super::shape::Shape;
 use super::surface::{HOLLOW, RIM_CORNER, RIM_EDGE, STEEP, Surface};
 use super::touch::{Facet, Feature, Touched};
@@ -27,8 +28,6 @@ pub struct Contact {
     pub rim: bool,
 }
 
-/// Most triangles of a leaf.
-const LEAF: usize = 4;
 /// Places that one thread handles in sequence.
 const RUN: usize = 1024;
 
@@ -39,64 +38,63 @@ pub struct Dropper<'a> {
     shape: Shape,
     /// Indices of the triangles, leaf by leaf.
     order: Vec<u32>,
-    /// The triangles and their bounds in that order.
+    /// The triangles in that order.
     facets: Vec<Facet>,
-    leaves: Vec<Bound>,
     of_tool: OfTool,
     /// Which of their edges are tested for contact.
     kept: Vec<[bool; 3]>,
     nodes: Vec<Node>,
     /// Parent of each node.
     parents: Vec<u32>,
+    /// Of each triangle its position in the order, and its leaf.
+    places: Vec<[u32; 2]>,
 }
 
-/// A node with its bound: two child nodes from `first` on, or a leaf with `count` triangles from `first` on.
+/// A node: so many children, or in a leaf triangles, from `first` on, with their bounds.
 #[derive(Debug, Clone, Copy)]
 struct Node {
-    bound: Bound,
+    bounds: Bounds,
     first: u32,
     count: u32,
+    is_leaf: bool,
 }
 
 impl<'a> Dropper<'a> {
     /// Prepares a surface for a tool.
     pub fn new(surface: &'a Surface, shape: Shape) -> Self {
-        let middle = |t: &[Vec3; 3], axis: usize| t[0][axis] + t[1][axis] + t[2][axis];
         let mut order: Vec<u32> = (0..surface.triangles.len() as u32).collect();
-        let mut ranges = vec![(0, order.len())];
+        let bound_of = |part: &[u32]| Bound::of(part.iter().map(|k| &surface.triangles[*k as usize]), shape);
+        let mut ranges = vec![0..order.len()];
         let mut parents = vec![0];
         let mut nodes: Vec<Node> = Vec::with_capacity(order.len());
-        let mut next = 0;
-        // Breadth first: the two children of a node are neighbours.
-        while next < ranges.len() {
-            let (from, to) = ranges[next];
-            next += 1;
-            let part = &mut order[from..to];
-            let bound = Bound::of(part.iter().map(|k| &surface.triangles[*k as usize]), shape);
-            if part.len() <= LEAF {
-                nodes.push(Node { bound, first: from as u32, count: part.len() as u32 });
-                continue;
-            }
-            let extent = |axis: usize| {
-                let of_corners = part.iter().flat_map(|k| surface.triangles[*k as usize]).map(|corner| corner[axis]);
-                let (least, most) =
-                    of_corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-                most - least
+        // Breadth first: the children of a node are neighbours.
+        while let Some(range) = ranges.get(nodes.len()).cloned() {
+            let is_leaf = range.len() <= WIDE;
+            let first = if is_leaf { range.start } else { ranges.len() };
+            let parts: Vec<Range<usize>> = if is_leaf {
+                range.map(|k| k..k + 1).collect()
+            } else {
+                let halves = halved(surface, &mut order, range);
+                halves.into_iter().flat_map(|half| halved(surface, &mut order, half)).collect()
             };
-            let axis = usize::from(extent(1) > extent(0));
-            let key = |k: &u32| middle(&surface.triangles[*k as usize], axis);
-            let half = part.len() / 2;
-            part.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
-            nodes.push(Node { bound, first: ranges.len() as u32, count: 0 });
-            parents.extend([next as u32 - 1; 2]);
-            ranges.extend([(from, from + half), (from + half, to)]);
+            let bounds: Vec<Bound> = parts.iter().map(|part| bound_of(&order[part.clone()])).collect();
+            let (first, count) = (first as u32, parts.len() as u32);
+            if !is_leaf {
+                parents.extend([nodes.len() as u32; WIDE]);
+                ranges.extend(parts);
+            }
+            nodes.push(Node { bounds: Bounds::of(&bounds), first, count, is_leaf });
         }
-        let leaf = |k: &u32| Bound::of(std::iter::once(&surface.triangles[*k as usize]), shape);
-        let leaves = order.par_iter().map(leaf).collect();
         let facets = order.iter().map(|k| Facet::new(&surface.triangles[*k as usize], shape)).collect();
         let kept =
             order.iter().map(|k| [0, 1, 2].map(|edge| surface.marks[*k as usize] & HOLLOW << edge == 0)).collect();
-        Self { surface, shape, order, facets, leaves, of_tool: OfTool::new(shape), kept, nodes, parents }
+        let mut places = vec![[0; 2]; order.len()];
+        for (leaf, node) in nodes.iter().enumerate().filter(|(_, node)| node.is_leaf) {
+            for k in node.first..node.first + node.count {
+                places[order[k as usize] as usize] = [k, leaf as u32];
+            }
+        }
+        Self { surface, shape, order, facets, of_tool: OfTool::new(shape), kept, nodes, parents, places }
     }
 
     /// Shape of the tool.
@@ -111,26 +109,28 @@ impl<'a> Dropper<'a> {
         self.contact(&best, p)
     }
 
-    /// Lowers the tool near a contact already found, `guess`: starts at its leaf and goes up the tree, where most
+    /// Lowers the tool at a place near another, where it has this contact: that saves half of the search.
+    pub fn drop_near(&self, p: [f64; 2], known: &Contact) -> Option<Contact> {
+        self.contact(&self.near(p, self.places[known.triangle as usize]), p)
+    }
+
+    /// Lowers the tool near a contact with a triangle, given by its position and its leaf: starts at that leaf and goes up the tree, where most
     /// siblings can be skipped.
-    fn near(&self, p: [f64; 2], guess: &Best) -> Best {
+    fn near(&self, p: [f64; 2], [k, leaf]: [u32; 2]) -> Best {
         let mut best = Best::default();
-        let Some((_, k)) = guess.touched else {
-            self.descend(p, 0, &mut best);
-            return best;
-        };
-        best.leaf = guess.leaf;
-        best.take(
-            self.facets[k as usize].touch(p, self.shape, self.kept[k as usize], f64::NEG_INFINITY),
-            k,
-            guess.leaf,
-        );
-        let mut at = guess.leaf;
+        best.take(self.facets[k as usize].touch(p, self.shape, self.kept[k as usize], f64::NEG_INFINITY), k);
+        let mut at = leaf;
         self.descend(p, at, &mut best);
         while at > 0 {
-            // The two children of a node are neighbours, the first with an odd index.
-            self.descend(p, if at % 2 == 1 { at + 1 } else { at - 1 }, &mut best);
-            at = self.parents[at as usize];
+            let parent = self.parents[at as usize];
+            let node = &self.nodes[parent as usize];
+            let bounds = node.bounds.at(p.map(|x| x as f32), &self.of_tool);
+            for (bound, child) in bounds.into_iter().zip(node.first..node.first + node.count) {
+                if child != at && f64::from(bound) > best.tip_mm {
+                    self.descend(p, child, &mut best);
+                }
+            }
+            at = parent;
         }
         best
     }
@@ -138,12 +138,8 @@ impl<'a> Dropper<'a> {
     /// Searches for a higher contact below a node.
     fn descend(&self, p: [f64; 2], from: u32, best: &mut Best) {
         let at = p.map(|x| x as f32);
-        let bound = |k: usize, best: &Best| self.nodes[k].bound.at(at, &self.of_tool, below(best.tip_mm));
-        if self.order.is_empty() {
-            return;
-        }
         let (mut stack, mut depth) = ([(0.0f32, 0u32); 64], 1);
-        stack[0] = (bound(from as usize, best), from);
+        stack[0] = (f32::INFINITY, from);
         while depth > 0 {
             depth -= 1;
             let (highest_mm, index) = stack[depth];
@@ -151,38 +147,39 @@ impl<'a> Dropper<'a> {
                 continue;
             }
             let node = &self.nodes[index as usize];
-            let first = node.first as usize;
-            if node.count == 0 {
-                let [a, b] = [first, first + 1].map(|k| (bound(k, best), k as u32));
-                let (less, more) = if a.0 < b.0 { (a, b) } else { (b, a) };
-                for child in [less, more] {
-                    if f64::from(child.0) > best.tip_mm {
-                        stack[depth] = child;
-                        depth += 1;
-                    }
-                }
+            let bounds = node.bounds.at(at, &self.of_tool);
+            if node.is_leaf {
+                self.visit(p, node.first, bounds, best);
                 continue;
             }
-            self.visit(p, first..first + node.count as usize, index, best);
+            // Pushed so that the highest is on top.
+            let lowest = depth;
+            for (bound, child) in bounds.into_iter().zip(node.first..node.first + node.count) {
+                if f64::from(bound) <= best.tip_mm {
+                    continue;
+                }
+                let mut place = depth;
+                while place > lowest && stack[place - 1].0 > bound {
+                    stack[place] = stack[place - 1];
+                    place -= 1;
+                }
+                stack[place] = (bound, child);
+                depth += 1;
+            }
         }
     }
 
     /// Touches the triangles of a leaf, the one with the highest bound first.
     #[inline]
-    fn visit(&self, p: [f64; 2], triangles: Range<usize>, leaf: u32, best: &mut Best) {
-        let (at, known_mm) = (p.map(|x| x as f32), below(best.tip_mm));
-        let mut bounds = [f32::NEG_INFINITY; LEAF];
-        for (bound, k) in bounds.iter_mut().zip(triangles.clone()) {
-            *bound = self.leaves[k].at(at, &self.of_tool, known_mm);
-        }
+    fn visit(&self, p: [f64; 2], first: u32, mut bounds: [f32; WIDE], best: &mut Best) {
         loop {
-            let highest = (1..LEAF).fold(0, |most, k| if bounds[k] > bounds[most] { k } else { most });
+            let highest = (1..WIDE).fold(0, |most, k| if bounds[k] > bounds[most] { k } else { most });
             if f64::from(bounds[highest]) <= best.tip_mm {
                 return;
             }
             bounds[highest] = f32::NEG_INFINITY;
-            let k = triangles.start + highest;
-            best.take(self.facets[k].touch(p, self.shape, self.kept[k], best.tip_mm), k as u32, leaf);
+            let k = first as usize + highest;
+            best.take(self.facets[k].touch(p, self.shape, self.kept[k], best.tip_mm), k as u32);
         }
     }
 
@@ -194,11 +191,12 @@ impl<'a> Dropper<'a> {
         tiles.par_sort_unstable();
         let order: Vec<u32> = tiles.into_iter().map(|(_, _, k)| k).collect();
         let run = |part: &[u32]| {
-            let mut best = Best::default();
+            let mut last: Option<Contact> = None;
             let drop = |k: &u32| {
                 let p = places[*k as usize];
-                best = self.near(p, &best);
-                self.contact(&best, p)
+                let found = last.map_or_else(|| self.drop(p), |last| self.drop_near(p, &last));
+                last = found.or(last);
+                found
             };
             part.iter().map(drop).collect::<Vec<_>>()
         };
@@ -222,6 +220,22 @@ impl<'a> Dropper<'a> {
     }
 }
 
+/// Two halves of some triangles, side by side along the longer side of what they cover.
+fn halved(surface: &Surface, order: &mut [u32], range: Range<usize>) -> [Range<usize>; 2] {
+    let part = &mut order[range.clone()];
+    let extent = |axis: usize| {
+        let of_corners = part.iter().flat_map(|k| surface.triangles[*k as usize]).map(|corner| corner[axis]);
+        let (least, most) = of_corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        most - least
+    };
+    let axis = usize::from(extent(1) > extent(0));
+    let middle = |t: &[Vec3; 3]| t[0][axis] + t[1][axis] + t[2][axis];
+    let key = |k: &u32| middle(&surface.triangles[*k as usize]);
+    let half = part.len() / 2;
+    part.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
+    [range.start..range.start + half, range.start + half..range.end]
+}
+
 /// The highest contact found so far.
 #[derive(Debug, Clone, Copy)]
 struct Best {
@@ -229,21 +243,19 @@ struct Best {
     tip_mm: f64,
     /// The contact, and the position of its triangle among the leaves.
     touched: Option<(Touched, u32)>,
-    /// Node of the triangle.
-    leaf: u32,
 }
 
 impl Default for Best {
     fn default() -> Self {
-        Self { tip_mm: f64::NEG_INFINITY, touched: None, leaf: 0 }
+        Self { tip_mm: f64::NEG_INFINITY, touched: None }
     }
 }
 
 impl Best {
     #[inline]
-    fn take(&mut self, touched: Option<Touched>, k: u32, leaf: u32) {
+    fn take(&mut self, touched: Option<Touched>, k: u32) {
         if let Some(touched) = touched.filter(|touched| touched.tip_mm > self.tip_mm) {
-            *self = Self { tip_mm: touched.tip_mm, touched: Some((touched, k)), leaf };
+            *self = Self { tip_mm: touched.tip_mm, touched: Some((touched, k)) };
         }
     }
 }
