@@ -1,7 +1,8 @@
-//! Numerical methods that rooms share: bisection, in steps of equal width or of equal ratio, and golden section. In: functions of one
-//! number. Out: where a condition ceases to hold; where a function is least.
+//! Numerical methods that rooms share: bisection, in steps of equal width or of equal ratio, regula falsi, and golden section. In: functions
+//! of one number. Out: where a condition ceases to hold; where a function changes sign; where it is least.
 //!
-//! Regula falsi stays beside what it searches: `engage/gaps.rs` and `force/cap.rs` each end it at what an angle or a feed asks for.
+//! Regula falsi ends at what its caller asks for, so [`SignChange`] keeps the interval alone; `engage/gaps.rs` and `force/cap.rs` have one of
+//! their own.
 
 /// The last interval about the place where a condition ceases to hold: from a number where it holds and one where it does not, halved
 /// so many times. The first of the pair still holds, the second does not; they lie |yes − no|/2ⁿ apart.
@@ -31,6 +32,43 @@ fn enclose(
 /// The middle of an interval.
 pub fn middle([a, b]: [f64; 2]) -> f64 {
     0.5 * (a + b)
+}
+
+/// An interval in which a function changes its sign, narrowed by regula falsi with the Illinois modification (Dowell and Jarratt 1971).
+#[derive(Debug, Clone, Copy)]
+pub struct SignChange {
+    ends: [f64; 2],
+    /// Values there, of opposite signs; that of an end that stays twice in a row is halved.
+    values: [f64; 2],
+    last: Option<usize>,
+}
+
+impl SignChange {
+    /// From two arguments with their values, the first negative, the second positive.
+    pub fn new(negative: (f64, f64), positive: (f64, f64)) -> Self {
+        Self { ends: [negative.0, positive.0], values: [negative.1, positive.1], last: None }
+    }
+
+    /// Where to look next.
+    pub fn next(&self) -> f64 {
+        let ([a, b], [at_a, at_b]) = (self.ends, self.values);
+        a - at_a * (b - a) / (at_b - at_a)
+    }
+
+    /// Narrows the interval by a value at a place in it.
+    pub fn narrow(&mut self, at: f64, value: f64) {
+        let end = usize::from(value > 0.0);
+        (self.ends[end], self.values[end]) = (at, value);
+        if self.last == Some(end) {
+            self.values[1 - end] *= 0.5;
+        }
+        self.last = Some(end);
+    }
+
+    /// The end with a negative value.
+    pub fn negative(&self) -> f64 {
+        self.ends[0]
+    }
 }
 
 /// The part of an interval that golden section keeps of it at each step, (√5 − 1)/2.
@@ -78,6 +116,21 @@ mod tests {
         assert!(yes < 3.0 && no >= 3.0);
         let left = (1e8f64).ln() / f64::from(1u32 << 20);
         assert!(((no / yes).ln() - left).abs() < 1e-12, "halved by ratio");
+    }
+
+    #[test]
+    fn a_change_of_sign_is_closed_in_on_where_the_function_bends_and_where_it_jumps() {
+        let looks = |f: &dyn Fn(f64) -> f64, at: f64| {
+            let mut change = SignChange::new((0.0, f(0.0)), (2.0, f(2.0)));
+            (1..60).find(|_| {
+                let next = change.next();
+                change.narrow(next, f(next));
+                (next - at).abs() < 1e-9
+            })
+        };
+        assert_eq!(looks(&|x| 3.0 * x - 2.1, 0.7), Some(1));
+        assert!(looks(&|x| x.powi(9) - 1.0, 1.0).is_some_and(|count| count < 30));
+        assert!(looks(&|x| if x < 0.3 { -1.0 } else { 5.0 }, 0.3).is_some_and(|count| count < 50));
     }
 
     #[test]

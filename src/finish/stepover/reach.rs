@@ -9,7 +9,7 @@ use super::section::{Beside, Ground, Section};
 use super::shape::Shape;
 use crate::force::{Cut, Cutter, LoadLine};
 use crate::machine::Slice;
-use crate::numeric::bisect;
+use crate::numeric::{SignChange, bisect};
 use crate::path::Vec3;
 
 /// Number of step-overs at which loads are computed.
@@ -28,8 +28,8 @@ const MOST_LOOKS: u32 = 12;
 const CURVATURE_SPAN: f64 = 0.25;
 /// Radius assumed for a convex edge, mm.
 const SHARPEST_MM: f64 = 0.05;
-/// Bisections for the highest place between two passes: to 4e-6 of the way, where a scallop is lower by 1.6e-5, within [`NEAR`].
-const BETWEEN_HALVINGS: u32 = 18;
+/// Most places looked at for the highest one between two passes, where the contact jumps over it.
+const MOST_BETWEEN: u32 = 18;
 
 /// Bounds of step-over and scallop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,17 +121,29 @@ impl ToolOnSurface<'_> {
     pub fn highest_between(&self, [before, tip]: [Vec3; 2], tangent: Vec3) -> Option<(f64, Contact)> {
         let ground = Ground { contact: tip, normal: Vec3::z(), curvature_per_mm: 0.0, stock_mm: 0.0, turn_per_mm: 0.0 };
         let section = Section::new(self.dropper.shape(), tip, tangent, &ground, Beside::Pass(before));
-        let (mut from, mut to, mut highest) = (0.0, 1.0, None);
-        for _ in 0..BETWEEN_HALVINGS {
-            let middle = 0.5 * (from + to);
+        let most_mm = self.shape().corner_mm;
+        let mut highest = None;
+        // From the one pass to the other the height below the first grows from 0 and that below the second falls to 0; on even ground both
+        // by squares, so that their difference is linear.
+        let (mut middle, mut crossing, mut last) = (0.5, None, None::<Contact>);
+        for _ in 0..MOST_BETWEEN {
             let at = [0, 1].map(|axis| before[axis] + middle * (tip[axis] - before[axis]));
-            let contact = self.dropper.drop(at)?;
-            let [below_this, below_before] = section.left_mm(contact.point, contact.normal);
+            let contact = last.map_or_else(|| self.dropper.drop(at), |last| self.dropper.drop_near(at, &last))?;
+            last = Some(contact);
+            let [below_this, below_before] = section.left_mm(contact.point, contact.normal).map(|mm| mm.min(most_mm));
             let left_mm = below_this.min(below_before).max(0.0);
             if !contact.rim && highest.is_none_or(|(known_mm, _)| left_mm > known_mm) {
                 highest = Some((left_mm, contact));
             }
-            if below_before < below_this { from = middle } else { to = middle }
+            let off_mm = below_before - below_this;
+            // The height where both are equal is between them.
+            if off_mm.abs() <= NEAR * left_mm {
+                break;
+            }
+            let ends_mm = 2.0 * (below_this.abs() + below_before.abs());
+            let crossing = crossing.get_or_insert_with(|| SignChange::new((0.0, -ends_mm), (1.0, ends_mm)));
+            crossing.narrow(middle, off_mm);
+            middle = crossing.next();
         }
         highest
     }
@@ -174,7 +186,7 @@ impl ToolOnSurface<'_> {
             [at.dot(&left), at.dot(&up)]
         };
         let beside = |by: f64| {
-            let found = self.dropper.drop([p[0] + by * left.x, p[1] + by * left.y]);
+            let found = self.dropper.drop_near([p[0] + by * left.x, p[1] + by * left.y], contact);
             found.filter(|contact| !contact.rim).map(|contact| middle(&contact))
         };
         // At the rim the tool rolls over an edge, which is not part of the surface: use two places on the other side.
@@ -200,7 +212,7 @@ impl ToolOnSurface<'_> {
         let span = CURVATURE_SPAN * shape.corner_mm.max(0.2 * shape.radius_mm());
         let level = contact.normal.x.hypot(contact.normal.y);
         let beside = |by: f64| {
-            let found = self.dropper.drop([p[0] + by * heading[0], p[1] + by * heading[1]]);
+            let found = self.dropper.drop_near([p[0] + by * heading[0], p[1] + by * heading[1]], contact);
             found.filter(|contact| !contact.rim).map(|contact| contact.tip_mm)
         };
         let [Some(behind), Some(ahead)] = [-span, span].map(beside) else { return 0.0 };
@@ -304,31 +316,23 @@ fn last_within(scallop: impl Fn(f64) -> f64, least_mm: f64, most_mm: f64) -> Opt
     // high one. Aimed at the middle of what is near enough.
     let off = |step: f64| scallop(step).min(4.0).sqrt() - (1.0 - 0.5 * NEAR).sqrt();
     let near = 0.25 * NEAR;
-    let (mut low, mut high) = ((least_mm, off(least_mm)), (most_mm, off(most_mm)));
+    let [low, high] = [least_mm, most_mm].map(|step| (step, off(step)));
     if high.1 <= near {
         return None;
     }
     if low.1 > near {
         return Some(least_mm);
     }
-    // Regula falsi with the Illinois modification (Dowell and Jarratt 1971).
-    let mut last_was_high = None;
+    let mut crossing = SignChange::new(low, high);
     for _ in 0..MOST_LOOKS {
-        let step = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
+        let step = crossing.next();
         let here = off(step);
         if here.abs() <= near {
             return Some(step);
         }
-        let is_high = here > 0.0;
-        let again = last_was_high == Some(is_high);
-        let (moved, kept) = if is_high { (&mut high, &mut low) } else { (&mut low, &mut high) };
-        *moved = (step, here);
-        if again {
-            kept.1 *= 0.5;
-        }
-        last_was_high = Some(is_high);
+        crossing.narrow(step, here);
     }
-    Some(low.0)
+    Some(crossing.negative())
 }
 
 /// Unit feed direction along a surface with this normal, above a horizontal heading.
