@@ -31,10 +31,14 @@ pub struct End {
     pub tip_mm: f64,
 }
 
-/// The borders of the steep ground, so close that a pass along their chords leaves nothing to speak of beyond them: d beside the end of
-/// the ground stays d²/2r.
+/// The borders of the steep ground, so close that a pass along their chords leaves nothing to speak of beyond them.
 pub fn borders(on_surface: &ToolOnSurface, steep: &Steep, scallop_mm: f64) -> Vec<Curve> {
-    steep.borders(on_surface.dropper, (2.0 * on_surface.shape().corner_mm * PART * scallop_mm).sqrt())
+    steep.borders(on_surface.dropper, beside_mm(on_surface.shape().corner_mm, scallop_mm))
+}
+
+/// How far beside the end of the ground a pass may run, mm: a corner of radius r at a distance d leaves d²/2r there.
+fn beside_mm(corner_mm: f64, scallop_mm: f64) -> f64 {
+    (2.0 * corner_mm * PART * scallop_mm).sqrt()
 }
 
 /// The places of a border.
@@ -150,6 +154,14 @@ fn spot(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// On level ground the end lies √(r² + d²) − r from a corner that passes d beside it: up to 0.0002 mm at a limit of 0.01 mm.
+    #[test]
+    fn a_pass_may_run_so_far_beside_the_end_that_a_fiftieth_of_the_limit_stays() {
+        let (corner_mm, beside_mm) = (3.0, beside_mm(3.0, 0.01));
+        let left_mm = |beside_mm: f64| beside_mm.hypot(corner_mm) - corner_mm;
+        assert!(left_mm(0.995 * beside_mm) < 0.0002 && left_mm(1.005 * beside_mm) > 0.0002);
+    }
 
     #[test]
     fn a_stretch_begins_and_ends_one_place_beside_what_is_too_high() {
