@@ -4,8 +4,8 @@
 //! The engagement of the passes is simulated and not taken from the plan, which knows it only roughly where walls rise ahead of the tool or two
 //! passes join. The ordinary schedule chooses the feeds, so that corners, axes and power are respected too. Its stations are up to a millimetre
 //! long. The text is therefore simulated once more with those of the check ([`Simulated`]), and where one of them has a force above the
-//! reference, the feed of its block is lowered to what keeps it, but not below the lowest feed of the setup or else a fifth
-//! of the highest. (The schedule itself puts the limit before that lowest feed.)
+//! reference, the feed of its block is lowered to what keeps it. As in the schedule, that may be less than the lowest feed of the setup, or
+//! else a fifth of the highest, but where it would be less than [`LEAST`] of that the block runs at that lowest feed.
 
 use super::{JobError, Keep, ROUNDS, Task, Wanted, Watch, optimize};
 use crate::engage;
@@ -16,6 +16,7 @@ use crate::machine::{Annotate, Job, LimitKind};
 use crate::nc::{self, Dialect};
 use crate::path::Vec3;
 use crate::rewrite;
+use crate::schedule::caps::LEAST;
 use crate::schedule::{FeedPiece, Schedule, as_programmed};
 use crate::stock::{Piece, saved};
 use std::path::Path;
@@ -57,7 +58,7 @@ pub fn at_reference_force(
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// The text with the feeds of blocks lowered in which a force is above the reference, but none below a lowest feed; `None`: none is lowered.
+/// The text with the feeds of blocks lowered in which a force is above the reference; `None`: none is lowered.
 /// Lower feeds may wear a tool more, so that they are lowered again until all is held.
 fn lowered(simulated: &Simulated, reference_n: f64, lowest_mm_s: f64) -> Option<Vec<u8>> {
     let Simulated { program, toolpath, job, .. } = simulated;
@@ -73,8 +74,8 @@ fn lowered(simulated: &Simulated, reference_n: f64, lowest_mm_s: f64) -> Option<
             }
             let cap_mm_s = match line.cap(LimitKind::ForceXy, reference_n) {
                 Cap::Free => continue,
-                Cap::Feed { feed_mm_s, .. } => feed_mm_s.max(lowest_mm_s),
-                Cap::Unreachable => lowest_mm_s,
+                Cap::Feed { feed_mm_s, .. } if feed_mm_s >= LEAST * lowest_mm_s => feed_mm_s,
+                Cap::Feed { .. } | Cap::Unreachable => lowest_mm_s,
             };
             next[k].feed_mm_s = next[k].feed_mm_s.min(cap_mm_s);
         }
