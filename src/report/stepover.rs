@@ -69,7 +69,7 @@ struct Side {
     simulated: Simulated,
     /// What it leaves on the surface where the tool reaches it; of passes of one height, where it is steep enough.
     left: LeftOnSurface,
-    /// What it does not hold of force and scallop, one sentence each.
+    /// What it does not hold of force and scallop, and what it leaves out, one sentence each.
     unmet: Vec<String>,
 }
 
@@ -195,9 +195,17 @@ fn unmet(program: &Program, answer: &Answer) -> Vec<String> {
     unmet
 }
 
-/// What the program that is written does not hold, one sentence each.
+/// What the program that is written does not hold or not reach, one sentence each.
 pub fn stepover_unmet(answer: &Answer) -> Vec<String> {
-    unmet(&answer.varying, answer)
+    let shallow = answer.left_out.as_ref().filter(|left| left.shallow_mm2 > 0.0).map(|left| {
+        let row = left_out(left);
+        format!(
+            "{:.1} mm2 ({:.1} %) of the surface, shallower than {:.1} degrees, stay as they are: no pass of one height is planned there; add \
+             parallel passes, or lower --shallowest",
+            row.shallow_mm2, row.shallow_percent, row.shallower_than_deg
+        )
+    });
+    unmet(&answer.varying, answer).into_iter().chain(shallow).collect()
 }
 
 /// Share of the path on which the scallop is beyond its limit, %.
@@ -255,6 +263,11 @@ fn side(program: &Program, answer: &Answer, least_s: Option<[f64; 2]>) -> Side {
             events: check.events.clone(),
         },
     }
+}
+
+/// The program that is written.
+fn varying_side(answer: &Answer) -> Side {
+    Side { unmet: stepover_unmet(answer), ..side(&answer.varying, answer, Some(answer.least_s)) }
 }
 
 fn row(number: usize, pass: &Pass, simulated: [f64; 2]) -> PassRow {
@@ -328,7 +341,7 @@ pub fn stepover_json(answer: &Answer) -> String {
         reference_n: answer.reference_n,
         scallop_limit_mm: answer.bounds.scallop_mm,
         step_over_bounds_mm: [answer.bounds.least_mm, answer.bounds.largest_mm],
-        varying: side(varying, answer, Some(answer.least_s)),
+        varying: varying_side(answer),
         constant,
         saved_percent: saved(answer),
         price: Price { s_per_n: answer.prices[0], s_per_um: answer.prices[1] },
@@ -370,7 +383,7 @@ fn place_words([x, y, z]: [f64; 3]) -> String {
 
 /// The report on the screen.
 pub fn stepover_words(answer: &Answer) -> String {
-    let whole = side(&answer.varying, answer, Some(answer.least_s));
+    let whole = varying_side(answer);
     let mut text = String::new();
     for note in &answer.notes {
         let _ = writeln!(text, "note      {note}");
@@ -436,8 +449,7 @@ pub fn stepover_words(answer: &Answer) -> String {
     if let Some(LeftOutRow { shallower_than_deg, shallow_mm2, shallow_percent, .. }) = left_out {
         let _ = writeln!(
             text,
-            "left out  {shallow_mm2:.1} mm2 ({shallow_percent:.1} %) of the surface, shallower than {shallower_than_deg:.1} degrees: no pass \
-             is planned there; add parallel passes, or lower --shallowest"
+            "left out  {shallow_mm2:.1} mm2 ({shallow_percent:.1} %) of the surface, shallower than {shallower_than_deg:.1} degrees"
         );
     }
     if let Some(rival) = &answer.constant {
