@@ -7,9 +7,11 @@ use super::reach::Place;
 use crate::numeric::bisect;
 use rayon::prelude::*;
 
-/// Shortest stretch, and longest gap of shallower ground that is bridged, in tool radii: about the length of a lead.
+/// Shortest of several stretches of a curve, and longest gap of shallower ground that is bridged, in tool radii: about the length of a lead.
 /// Judgement.
 const SHORT: f64 = 1.0;
+/// Shortest stretch, mm: a digit of a program.
+const LEAST_MM: f64 = 1e-3;
 /// Largest distance to a neighbouring node, in sides of a cell: the diagonal.
 const NEXT: f64 = std::f64::consts::SQRT_2;
 /// Least distance of points of a curve, in sides of a cell.
@@ -85,8 +87,10 @@ impl Steep {
     pub fn stretches(&self, dropper: &Dropper, level_mm: f64) -> Vec<Curve> {
         let short_mm = short_mm(dropper);
         let curves = self.grid.curves(dropper, level_mm);
-        let found = curves.into_iter().flat_map(|curve| self.cut(dropper, curve, level_mm, short_mm));
-        found.filter(|stretch| length_mm(stretch) >= short_mm).collect()
+        curves
+            .into_iter()
+            .flat_map(|curve| without_crumbs(self.cut(dropper, curve, level_mm, short_mm), short_mm))
+            .collect()
     }
 
     /// Its borders, with it on their right and under their points; between these it ends within `within_mm` of the chord.
@@ -175,7 +179,15 @@ impl Steep {
     }
 }
 
-/// Shortest stretch, and longest gap that is bridged, mm.
+/// The stretches of a curve without short ones. Where a curve runs along a rim it is broken into many, which are not worth a lead each; the one
+/// stretch of a curve goes from rim to rim of a corner.
+fn without_crumbs(mut stretches: Vec<Curve>, short_mm: f64) -> Vec<Curve> {
+    let least_mm = if stretches.len() == 1 { LEAST_MM } else { short_mm };
+    stretches.retain(|stretch| length_mm(stretch) >= least_mm);
+    stretches
+}
+
+/// Shortest of several stretches, and longest gap that is bridged, mm.
 pub fn short_mm(dropper: &Dropper) -> f64 {
     SHORT * dropper.shape().radius_mm()
 }
@@ -251,6 +263,13 @@ mod tests {
         assert_eq!(kept("fssffssf", 2.9), ".kk..kk.");
         assert_eq!(kept("fssfrssf", 3.1), ".kk..kk.");
         assert_eq!(kept("ffff", 3.1), "....");
+    }
+
+    #[test]
+    fn a_short_stretch_stays_where_it_is_the_only_one() {
+        let of = |length_mm: f64| Curve { points: vec![[0.0, 0.0], [length_mm, 0.0]], closed: false };
+        let kept = |lengths_mm: &[f64]| without_crumbs(lengths_mm.iter().copied().map(of).collect(), 3.0).len();
+        assert_eq!([kept(&[0.1]), kept(&[2.9, 3.1]), kept(&[3.1, 3.1]), kept(&[0.1, 0.1]), kept(&[])], [1, 1, 2, 0, 0]);
     }
 
     #[test]
