@@ -28,6 +28,8 @@ struct Piece {
 #[derive(Debug, Clone, Copy)]
 pub struct Near {
     middle: Vec3,
+    /// From its middle to its end.
+    half: Vec3,
     half_mm: f64,
     /// Height of its lowest point, mm.
     lowest_mm: f64,
@@ -129,53 +131,59 @@ impl Centres {
         self.pieces.is_empty()
     }
 
-    /// Pieces within about `reach_mm` of a place, each once, in order; `out` is emptied first.
+    /// Pieces within about `reach_mm` of a place, each once; `out` is emptied first.
     pub fn near(&self, at: Vec3, reach_mm: f64, out: &mut Vec<Near>) {
         out.clear();
         if self.is_empty() {
             return;
         }
         let [columns, rows] = self.window([at.x - reach_mm, at.y - reach_mm], [at.x + reach_mm, at.y + reach_mm]);
-        for row in rows {
-            let cells = row * self.across[0] + columns.start()..row * self.across[0] + columns.end() + 1;
-            let listed = &self.listed[self.first[cells.start] as usize..self.first[cells.end] as usize];
-            out.extend(listed.iter().filter_map(|piece| {
-                let [a, b] = self.pieces[*piece as usize].ends;
-                let (low, high) = (a.inf(&b), a.sup(&b));
-                let within = (0..3).all(|axis| at[axis] + reach_mm >= low[axis] && at[axis] - reach_mm <= high[axis]);
-                within.then(|| Near {
-                    middle: 0.5 * (a + b),
-                    half_mm: 0.5 * (b - a).norm(),
-                    lowest_mm: low.z,
-                    piece: *piece,
-                })
-            }));
+        for row in rows.clone() {
+            for column in columns.clone() {
+                let cell = row * self.across[0] + column;
+                let listed = &self.listed[self.first[cell] as usize..self.first[cell + 1] as usize];
+                out.extend(listed.iter().filter_map(|piece| {
+                    let [a, b] = self.pieces[*piece as usize].ends;
+                    let (low, high) = (a.inf(&b), a.sup(&b));
+                    let within =
+                        (0..3).all(|axis| at[axis] + reach_mm >= low[axis] && at[axis] - reach_mm <= high[axis]);
+                    // Of the cells that list it the first one in the window.
+                    let is_first = || {
+                        column == self.column(0, low.x).max(*columns.start())
+                            && row == self.column(1, low.y).max(*rows.start())
+                    };
+                    (within && is_first()).then(|| Near {
+                        middle: 0.5 * (a + b),
+                        half: 0.5 * (b - a),
+                        half_mm: 0.5 * (b - a).norm(),
+                        lowest_mm: low.z,
+                        piece: *piece,
+                    })
+                }));
+            }
         }
-        out.sort_unstable_by_key(|near| near.piece);
-        out.dedup_by_key(|near| near.piece);
     }
 
-    /// The place on these pieces with the least d(x, c).
-    pub fn nearest(&self, pieces: &[Near], x: Vec3) -> Option<Nearest> {
-        // d is at most the distance in space to a middle. A piece that is above x all along is no nearer than its middle
-        // less half its length.
-        let to_middle = |near: &Near| (x - near.middle).norm_squared();
-        let bound_mm = pieces.iter().map(to_middle).reduce(f64::min)?.sqrt();
-        let mut best: Option<Nearest> = None;
-        for near in pieces {
-            if x.z <= near.lowest_mm && to_middle(near) > (bound_mm + near.half_mm).powi(2) {
+    /// The place on these pieces with the least d(x, c). `first`: the piece looked at first, by its place in the list; then that found, with
+    /// which a search near by begins best.
+    pub fn nearest(&self, pieces: &[Near], x: Vec3, first: &mut usize) -> Option<Nearest> {
+        let distance = |k: usize| self.pieces[pieces[k].piece as usize].distance(x);
+        let mut found = (*first).min(pieces.len().checked_sub(1)?);
+        let (mut t, mut distance_mm) = distance(found);
+        for (k, near) in pieces.iter().enumerate() {
+            if near.is_farther(x, distance_mm) {
                 continue;
             }
-            let piece = &self.pieces[near.piece as usize];
-            let (t, distance_mm) = piece.distance(x);
-            if best.is_none_or(|best| distance_mm < best.distance_mm) {
-                let [a, b] = piece.ends;
-                let [from, to] = piece.s_mm;
-                best =
-                    Some(Nearest { distance_mm, of: piece.of, s_mm: from + t * (to - from), centre: a + (b - a) * t });
+            let (place, here_mm) = distance(k);
+            // Of two that meet in the nearest place the first.
+            if here_mm < distance_mm || (here_mm == distance_mm && near.piece < pieces[found].piece) {
+                (found, t, distance_mm) = (k, place, here_mm);
             }
         }
-        best
+        *first = found;
+        let piece = &self.pieces[pieces[found].piece as usize];
+        let ([a, b], [from, to]) = (piece.ends, piece.s_mm);
+        Some(Nearest { distance_mm, of: piece.of, s_mm: from + t * (to - from), centre: a + (b - a) * t })
     }
 
     /// Distance from the pass nearest to a place to the neighbouring pass, in the plane normal to `normal`; `None` if
@@ -189,6 +197,7 @@ impl Centres {
     pub fn beside(&self, at: Vec3, normal: Vec3, reach_mm: f64, across: f64) -> Option<Vec3> {
         let mut near = Vec::new();
         self.near(at, reach_mm, &mut near);
+        near.sort_unstable_by_key(|near| near.piece);
         let own = self.nearest_piece(&near, at, normal)?;
         let [a, b] = self.pieces[own as usize].ends;
         let along = (b - a).try_normalize(0.0)?;
@@ -217,6 +226,21 @@ impl Centres {
         let least = pieces().map(|piece| rise(&piece)).fold(f64::INFINITY, f64::min);
         let passes = pieces().filter(|piece| rise(piece) <= least + AS_LEVEL);
         passes.min_by(|p, q| off(p).total_cmp(&off(q)))
+    }
+}
+
+impl Near {
+    /// Is it quickly known that d(x, c) is larger all along? Where x is below the piece that is the distance in space; with v = x − middle and
+    /// p = v·half its square is v² − p²/half² ≥ v² − |p| beside the piece, and v² − 2|p| + half² beyond its ends, where |p| ≥ half².
+    fn is_farther(&self, x: Vec3, than_mm: f64) -> bool {
+        let v = x - self.middle;
+        let square = v.norm_squared();
+        if x.z > self.lowest_mm || square <= than_mm * than_mm {
+            return false;
+        }
+        let (along, half) = (v.dot(&self.half).abs(), self.half_mm * self.half_mm);
+        let less = if along < half { along } else { 2.0 * along - half };
+        square - less > than_mm * than_mm * (1.0 + 1e-12)
     }
 }
 
@@ -259,13 +283,13 @@ mod tests {
         for (x, of) in [(0.9_f64, 1), (1.4, 1), (1.6, 2)] {
             let left = Vec3::new(x, 17.3, 3.0 - (9.0 - (x - f64::from(of)).powi(2)).sqrt());
             centres.near(Vec3::new(x, 17.3, 3.0), 3.0, &mut near);
-            let found = centres.nearest(&near, left).expect("a pass");
+            let found = centres.nearest(&near, left, &mut 0).expect("a pass");
             assert_eq!(found.of, of);
             assert!((found.distance_mm - 3.0).abs() < 1e-12 && (found.s_mm - 17.3).abs() < 1e-12);
         }
         // Above the centre the distance is that from the shank's axis.
         centres.near(Vec3::new(2.0, 5.0, 3.0), 4.0, &mut near);
-        let beside = centres.nearest(&near, Vec3::new(5.0, 5.0, 9.0)).expect("a pass");
+        let beside = centres.nearest(&near, Vec3::new(5.0, 5.0, 9.0), &mut 0).expect("a pass");
         assert_eq!((beside.of, beside.distance_mm), (2, 3.0));
     }
 
@@ -284,10 +308,11 @@ mod tests {
         let centres = Centres::new(curves.into_iter().enumerate().map(|(k, curve)| (k as u32, curve)), 3.0);
         let mut near = Vec::new();
         let part = |k: u32, step: f64| (f64::from(k) * step).fract();
+        let mut first = 0;
         for k in 0..2000 {
             let x = Vec3::new(12.0 * part(k, 0.618), 6.0 * part(k, 0.414), 9.0 * part(k, 0.732) - 2.0);
             centres.near(x, 12.0, &mut near);
-            let found = centres.nearest(&near, x).expect("a piece");
+            let found = centres.nearest(&near, x, &mut first).expect("a piece");
             let tried = near.iter().map(|near| centres.pieces[near.piece as usize].distance(x).1);
             assert!(found.distance_mm == tried.fold(f64::INFINITY, f64::min), "{x:?} {found:?}");
         }
@@ -309,7 +334,7 @@ mod tests {
             let s = part * arc.length();
             let centre = Curve::Arc(arc).point(s) + Vec3::new(0.0, 0.0, 3.0);
             centres.near(centre, 1.0, &mut near);
-            let found = centres.nearest(&near, centre).expect("the arc");
+            let found = centres.nearest(&near, centre, &mut 0).expect("the arc");
             assert!(found.distance_mm < SAGITTA_MM && (found.s_mm - s).abs() < 1e-3, "{found:?}");
         }
     }

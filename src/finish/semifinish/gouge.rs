@@ -69,7 +69,9 @@ impl<'a> LeftStock<'a> {
         }
         // The depth is no larger than `below_mm`: farther pieces are not the nearest.
         self.centres.near(x, self.radius_mm + below_mm, near);
-        self.centres.nearest(near, x).map_or(below_mm, |nearest| below_mm.min(nearest.distance_mm - self.radius_mm))
+        self.centres
+            .nearest(near, x, &mut 0)
+            .map_or(below_mm, |nearest| below_mm.min(nearest.distance_mm - self.radius_mm))
     }
 }
 

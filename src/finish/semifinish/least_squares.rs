@@ -8,6 +8,8 @@
 //! conjugate gradients, z by clipping, y the multipliers. Sums run in the order of rows, so the result does not depend
 //! on the number of threads.
 
+use super::sparse::Sparse;
+
 /// Most steps of the method, and of conjugate gradients within each.
 const STEPS: usize = 150;
 const INNER: usize = 40;
@@ -67,10 +69,8 @@ impl Problem {
     /// The solution x: within its bounds exactly, with differences within theirs as far as the bounds permit.
     pub fn solve(&self) -> Vec<f64> {
         let n = self.bounds.len();
-        let diagonal = self.diagonal();
-        let rho = Self::rho(&diagonal);
-        let degree = self.degree();
-        let gram: Vec<f64> = (0..n).map(|k| diagonal[k] + SIGMA + rho * (1.0 + f64::from(degree[k]))).collect();
+        let normal = Normal::new(self);
+        let rho = normal.rho;
         let mut at: Vec<f64> = self.bounds.iter().map(|[low, high]| 0.0_f64.clamp(*low, *high)).collect();
         let mut z = self.constrained(&at);
         let mut y = vec![0.0; z.len()];
@@ -79,7 +79,7 @@ impl Problem {
             let pull: Vec<f64> = z.iter().zip(&y).map(|(z, y)| rho * z - y).collect();
             let back = self.transposed(&pull);
             let right: Vec<f64> = (0..n).map(|k| SIGMA * at[k] + target[k] + back[k]).collect();
-            let next = self.conjugate_gradients(&right, &at, rho, &gram);
+            let next = normal.conjugate_gradients(&right, &at);
             let image = self.constrained(&next);
             let (mut apart, mut moved) = (0.0_f64, 0.0_f64);
             for (c, held) in z.iter_mut().enumerate() {
@@ -153,48 +153,49 @@ impl Problem {
         }
         out
     }
+}
 
-    /// Diagonal of AᵀA + M.
-    fn diagonal(&self) -> Vec<f64> {
-        let mut out = self.ridge.clone();
-        self.entries.iter().for_each(|(k, a)| out[*k as usize] += a * a);
-        out
+/// AᵀA + M + σ I + ρ GᵀG, the matrix of each step.
+struct Normal {
+    /// The rows of A, and those of D times √ρ.
+    rows: Sparse,
+    /// M + σ + ρ.
+    ridge: Vec<f64>,
+    /// Diagonal of the whole.
+    diagonal: Vec<f64>,
+    /// Weight of the constraints: mean of the diagonal of AᵀA + M.
+    rho: f64,
+}
+
+impl Normal {
+    fn new(problem: &Problem) -> Self {
+        let n = problem.bounds.len();
+        let mut sum: f64 = problem.ridge.iter().sum();
+        problem.entries.iter().for_each(|(_, a)| sum += a * a);
+        let rho = (sum / n.max(1) as f64).max(1e-9);
+        let differences: Vec<[(u32, f64); 2]> =
+            problem.pairs.iter().map(|pair| [(pair.of[0], -rho.sqrt()), (pair.of[1], rho.sqrt())]).collect();
+        let rows = problem.rows().map(|(row, _)| row).chain(differences.iter().map(<[_; 2]>::as_slice));
+        let rows = Sparse::new(rows, n);
+        let ridge: Vec<f64> = problem.ridge.iter().map(|m| m + SIGMA + rho).collect();
+        let diagonal = rows.squares().iter().zip(&ridge).map(|(square, ridge)| square + ridge).collect();
+        Self { rows, ridge, diagonal, rho }
     }
 
-    fn degree(&self) -> Vec<u32> {
-        let mut out = vec![0; self.bounds.len()];
-        self.pairs.iter().flat_map(|pair| pair.of).for_each(|k| out[k as usize] += 1);
-        out
+    /// Its product with x; `image`: memory for A x.
+    fn times(&self, x: &[f64], image: &mut Vec<f64>, out: &mut Vec<f64>) {
+        self.rows.times(x, image);
+        self.rows.transposed_times(image, out);
+        out.iter_mut().zip(x).zip(&self.ridge).for_each(|((out, x), ridge)| *out += ridge * x);
     }
 
-    /// Weight ρ of the constraints: mean of the diagonal of AᵀA + M.
-    fn rho(diagonal: &[f64]) -> f64 {
-        (diagonal.iter().sum::<f64>() / diagonal.len().max(1) as f64).max(1e-9)
-    }
-
-    /// (AᵀA + M + σ I + ρ GᵀG) x.
-    fn applied(&self, x: &[f64], rho: f64) -> Vec<f64> {
-        let mut out: Vec<f64> = x.iter().zip(&self.ridge).map(|(x, m)| (m + SIGMA + rho) * x).collect();
-        for (row, _) in self.rows() {
-            let sum: f64 = row.iter().map(|(k, a)| a * x[*k as usize]).sum();
-            for (k, a) in row {
-                out[*k as usize] += a * sum;
-            }
-        }
-        for pair in &self.pairs {
-            let [i, j] = pair.of.map(|k| k as usize);
-            let by = rho * (x[j] - x[i]);
-            out[i] -= by;
-            out[j] += by;
-        }
-        out
-    }
-
-    fn conjugate_gradients(&self, right: &[f64], start: &[f64], rho: f64, diagonal: &[f64]) -> Vec<f64> {
+    fn conjugate_gradients(&self, right: &[f64], start: &[f64]) -> Vec<f64> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (mut of_rows, mut image) = (Vec::new(), Vec::new());
         let mut x = start.to_vec();
-        let mut rest: Vec<f64> = right.iter().zip(self.applied(&x, rho)).map(|(b, a)| b - a).collect();
-        let scaled = |rest: &[f64]| rest.iter().zip(diagonal).map(|(r, d)| r / d).collect::<Vec<f64>>();
+        self.times(&x, &mut of_rows, &mut image);
+        let mut rest: Vec<f64> = right.iter().zip(&image).map(|(b, a)| b - a).collect();
+        let scaled = |rest: &[f64]| rest.iter().zip(&self.diagonal).map(|(r, d)| r / d).collect::<Vec<f64>>();
         let mut z = scaled(&rest);
         let mut along = z.clone();
         let mut square = dot(&rest, &z);
@@ -203,7 +204,7 @@ impl Problem {
             if square <= enough {
                 break;
             }
-            let image = self.applied(&along, rho);
+            self.times(&along, &mut of_rows, &mut image);
             let step = square / dot(&along, &image);
             for k in 0..x.len() {
                 x[k] += step * along[k];

@@ -101,7 +101,7 @@ impl SemiSurface<'_> {
         let mut found = MetStock::default();
         let arcs = map.arcs_of(station);
         let step = (2 * arcs.len()).div_ceil(ENDS).max(1);
-        let mut most = 0.0;
+        let (mut most, mut first) = (0.0, 0);
         for (k, arc) in arcs.iter().enumerate() {
             for (end, angle) in [arc.entry_rad, arc.exit_rad].into_iter().enumerate() {
                 if !(2 * k + end).is_multiple_of(step) && step > 1 && end == 0 {
@@ -113,7 +113,7 @@ impl SemiSurface<'_> {
                 let out = Vec3::new(sin * dx - cos * dy, sin * dy + cos * dx, 0.0);
                 let tangent = Vec3::new(-out.y, out.x, 0.0);
                 let x = stand.tip + out * slice.radius_mm + Vec3::new(0.0, 0.0, slice.z_mm);
-                let Some(nearest) = self.centres.nearest(near, x) else { continue };
+                let Some(nearest) = self.centres.nearest(near, x, &mut first) else { continue };
                 if !is_on_surface(nearest.distance_mm, self.radius_mm) {
                     continue;
                 }

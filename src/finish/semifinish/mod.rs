@@ -31,6 +31,7 @@ mod preconditions;
 mod programs;
 pub mod proof;
 mod rounds;
+mod sparse;
 mod stock;
 mod stretch_loads;
 mod task;

@@ -20,7 +20,7 @@ pub(super) fn left(
     let of = |near: &mut Vec<Near>, (tip, normal): &(Vec3, Vec3)| {
         let touched = tip + Vec3::new(0.0, 0.0, semi_radius_mm) - normal * semi_radius_mm;
         finish.near(touched + normal * finish_radius_mm, finish_radius_mm, near);
-        let nearest = finish.nearest(near, touched)?;
+        let nearest = finish.nearest(near, touched, &mut 0)?;
         Some(finish_radius_mm - nearest.distance_mm)
     };
     tips.par_iter().map_init(Vec::new, of).collect()
