@@ -168,7 +168,7 @@ impl Bounds {
     #[inline]
     pub fn at(&self, p: [f32; 2], tool: &OfTool) -> Each {
         let mut most = [0.0; WIDE];
-        for k in 0..WIDE {
+        for (k, most) in most.iter_mut().enumerate() {
             let s = p[0] * self.uphill[0][k] + p[1] * self.uphill[1][k];
             let t = p[1] * self.uphill[0][k] - p[0] * self.uphill[1][k];
             let under = self.level[k] + self.slope[k] * s;
@@ -187,7 +187,7 @@ impl Bounds {
             let (highest, corner) = (self.lift[k] - larger(first, second), self.slope[k] * to);
             let found = under - larger(-highest, -corner);
             let is_near = ahead * ahead + aside <= tool.reach_squared;
-            most[k] = if is_near { found } else { f32::NEG_INFINITY };
+            *most = if is_near { found } else { f32::NEG_INFINITY };
         }
         most
     }

@@ -64,7 +64,7 @@ impl<'a> Dropper<'a> {
     pub fn new(surface: &'a Surface, shape: Shape) -> Self {
         let mut order: Vec<u32> = (0..surface.triangles.len() as u32).collect();
         let bound_of = |part: &[u32]| Bound::of(part.iter().map(|k| &surface.triangles[*k as usize]), shape);
-        let mut ranges = vec![0..order.len()];
+        let mut ranges: Vec<Range<usize>> = std::iter::once(0..order.len()).collect();
         let mut parents = vec![0];
         let mut nodes: Vec<Node> = Vec::with_capacity(order.len());
         // Breadth first: the children of a node are neighbours.
