@@ -138,7 +138,7 @@ fn by_load_alone_a_log_with_offset_stretch_pause_and_override_is_tied_to_its_pro
     let (errors, found) = tied(1003, false);
     assert_eq!(found.method.name(), "load");
     // Half of the errors within the standard uncertainty that is stated. The feed override sets in and ends within a window
-    // of 6 s, which the drift follows only slowly: that is not in it.
+    // of 3 s, which the drift follows only slowly: that is not in it.
     let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
     let u = found.uncertainty_s;
     assert!(at(0.5) < 0.05 && at(0.95) < 0.2, "{} {}", at(0.5), at(0.95));
@@ -146,6 +146,9 @@ fn by_load_alone_a_log_with_offset_stretch_pause_and_override_is_tied_to_its_pro
     let long: Vec<&(f64, f64)> = found.pauses.iter().filter(|p| p.1 > 4.0).collect();
     assert_eq!(long.len(), 1, "{:?}", found.pauses);
     assert!((long[0].1 - STRETCH * HELD_S).abs() < 0.5, "{long:?}");
+    // The hold is one of the feed; the override, under which the cut goes on, is none.
+    let [(from_s, to_s)] = found.holds[..] else { panic!("{:?}", found.holds) };
+    assert!((to_s - from_s - STRETCH * HELD_S).abs() < 0.5, "{from_s} to {to_s}");
 }
 
 /// A log with something hidden in it, tied by its load.

@@ -181,7 +181,7 @@ pub fn learn_with_data(
     Ok(Learned { report, data })
 }
 
-/// The holds of an alignment by lines as events; by positions they are feeds of zero.
+/// The holds of an alignment by lines or by the load as events; by positions they are feeds of zero.
 fn holds_as_events(aligned: &Aligned, timeline: &Timeline, log: &Log) -> Vec<FeedEvent> {
     let event = |(from_s, to_s): &(f64, f64)| {
         let after = log.time_s.partition_point(|time| time < to_s);

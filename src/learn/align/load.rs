@@ -25,7 +25,7 @@ use crate::learn::program::clock::{Clock, Slower};
 use crate::learn::program::simulated::ProgramView;
 use crate::learn::program::timeline::Timeline;
 use crate::learn::regress::linear::{Loss, robust};
-use crate::learn::regress::statistics::{correlation, scale_of};
+use crate::learn::regress::statistics::{correlation, median, scale_of};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
@@ -48,6 +48,8 @@ const LOOSER_GAIN: f64 = 0.03;
 /// Ratio of neighbouring accelerations that are tried, and how often the interval about the best one is halved.
 const NEXT_MACHINE: f64 = 1.5;
 const BETWEEN: usize = 3;
+/// Time about the place of a hold over which the load of the cut is taken, s: it is known to about a step of the match. Judgement.
+const HELD_S: f64 = 0.5;
 /// Round before which lags are tried.
 const LAG_ROUND: usize = 3;
 
@@ -72,6 +74,7 @@ pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> 
     let placed: Vec<f64> =
         placed.into_iter().zip(&log.time_s).map(|(p, t)| if held(t) { f64::NAN } else { p }).collect();
     let pauses = holds.pauses(&state.walk);
+    let stood = search.without_load(&holds, &state);
     let program_s: Vec<f64> = placed.iter().map(|t| state.clock.declared_s(timeline, *t)).collect();
     let sample_uncertainty_s: Vec<f64> =
         state.walk.deviations_s(&placed).into_iter().map(|s| s.hypot(LEAST_S)).collect();
@@ -80,7 +83,11 @@ pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> 
         program_s,
         method: Method::Load,
         sample_uncertainty_s,
-        holds: Vec::new(),
+        holds: pauses
+            .iter()
+            .filter(|(at_s, _)| stood.contains(at_s))
+            .map(|(at_s, long_s)| (*at_s, at_s + long_s))
+            .collect(),
         feed_ratio: None,
         read_later_s: 0.0,
         misfit: (1.0 - correlation).clamp(0.0, 1.0),
@@ -118,6 +125,25 @@ impl Search<'_> {
             if looser.square < (1.0 - LOOSER_GAIN) * stiffer.square { looser } else { stiffer }
         };
         before.into_iter().chain(refined).reduce(better)
+    }
+
+    /// Beginnings of the holds during which the load of the cut is gone: nearer to that without a cut than to that of the place where the
+    /// program stands, or within the scatter of it. A cut that goes on at another feed is none.
+    fn without_load(&self, holds: &Holds, state: &State) -> Vec<f64> {
+        let measured = self.measured.without(holds);
+        let predicted = PredictedLoad::new(self.timeline, &state.clock, self.parts, state.lag_s, measured.span_s);
+        let Some((factors, _)) = refitted(&measured, &predicted, &state.walk.program_s(&measured.time_s)) else {
+            return Vec::new();
+        };
+        let (idle, whole) = (predicted.with(without_cut(factors)), predicted.with(factors));
+        let is_gone = |(from_s, to_s): &(f64, f64)| {
+            let own = self.measured.time_s.iter().zip(&self.measured.load);
+            let own: Vec<f64> = own.filter(|(t, _)| (from_s..to_s).contains(t)).map(|(_, load)| *load).collect();
+            let place = state.walk.program_s(&[holds.running_s(*from_s)])[0];
+            let of_cut = whole.mean(place, HELD_S) - idle.at(place);
+            !own.is_empty() && median(&own) < idle.at(place) + (0.5 * of_cut).max(state.scale)
+        };
+        holds.0.iter().filter(|hold| is_gone(hold)).map(|hold| hold.0).collect()
     }
 
     /// Matches of the fitted load on the machine found.
@@ -329,6 +355,11 @@ fn shift(rows: &[[f64; 4]], scale: f64) -> Option<(f64, f64)> {
     let near: f64 = (1..=lags).map(|k| 2.0 * (1.0 - k as f64 / (lags + 1) as f64) * together(k)).sum();
     let variance = (inverse[(0, 0)] * scale * scale).max(together(0) + near) + 1e-5;
     (variance.is_finite() && variance < 0.04).then_some((found[0], variance))
+}
+
+/// Factors of the tare alone.
+fn without_cut(factors: [f64; PARTS]) -> [f64; PARTS] {
+    std::array::from_fn(|part| if part == 0 { factors[part] } else { 0.0 })
 }
 
 /// Factors on the parts at this alignment, and the standard deviation of the residual.

@@ -59,7 +59,7 @@ pub struct Aligned {
     pub misfit: f64,
     /// Pauses: (time in the log, length), s.
     pub pauses: Vec<(f64, f64)>,
-    /// Holds found within runs of a line: (from, to) in the log, s.
+    /// Holds in which the load of the cut is gone: (from, to) in the log, s; found within runs of a line or by the load.
     pub holds: Vec<(f64, f64)>,
     /// Feed over the predicted one of each sample, where the lengths of the runs of lines show it.
     pub feed_ratio: Option<Vec<f64>>,
