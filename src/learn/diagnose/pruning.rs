@@ -4,7 +4,7 @@
 use crate::learn::diagnose::criteria::is_lower;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
-use crate::learn::diagnose::trial::score_of;
+use crate::learn::diagnose::trial::{score_of, unphysical};
 use crate::learn::diagnose::unnamed::{is_shape_of, is_unnamed};
 use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, t_statistic};
 use crate::learn::model::design::FittedEffect;
@@ -26,9 +26,11 @@ impl Diagnosis<'_> {
                 continue;
             }
             let Some((score, lowers)) = self.worth_of(&present, &without_it, k) else { break };
-            if score < self.threshold() || !lowers {
-                self.rejected
-                    .push(Rejected { name: own.name.into(), why: "the effects added after it explain as much".into() });
+            let explained = (score < self.threshold() || !lowers)
+                .then(|| "the effects added after it explain as much".to_owned())
+                .or_else(|| unphysical(Some(&present.model.effects[k]), self.data));
+            if let Some(why) = explained {
+                self.rejected.push(Rejected { name: own.name.into(), why });
                 present = if self.pair.contains(&own.name) { self.without_pair(&without_it) } else { without_it };
                 k = 0;
                 continue;
@@ -74,5 +76,47 @@ impl Diagnosis<'_> {
         };
         let is_asked = |e: &usize| !is_unnamed(effects[*e].effect) && !self.has_own_data(effects[*e].effect);
         (0..effects.len()).filter(is_asked).filter(|e| !gains(*e)).map(|e| effects[e].effect.name).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{State, named};
+    use crate::learn::diagnose::diagnosis::Options;
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
+    use crate::path::Vec3;
+
+    /// Names that are left of a zone and of a difference between up and down milling, if the load is larger by the share `excess` in the
+    /// zone.
+    fn left(excess: f64) -> Vec<&'static str> {
+        let (block, x_mm) = (|i: usize| i / EACH, |i: usize| 100.0 * (i % EACH) as f64 / EACH as f64);
+        let is_hard = |i: usize| (8..16).contains(&block(i)) && (30.0..70.0).contains(&x_mm(i));
+        let up = |i: usize| if block(i).is_multiple_of(2) { 1.0 } else { -1.0 };
+        let state = |i: usize| State {
+            time_s: i as f64,
+            position: Vec3::new(x_mm(i), 5.0 * block(i) as f64, 0.0),
+            up_share: up(i),
+            up_share_chip: up(i),
+            ..State::default()
+        };
+        let data = made(|i| (1.0 + 0.2 * up(i)) * (1.0 + if is_hard(i) { excess } else { 0.0 }) - 1.0, 1.0, state);
+        let each = |name: &str, values: &[f64]| FittedEffect {
+            effect: named(name).unwrap(),
+            values: values.to_vec(),
+            free: vec![true; values.len()],
+        };
+        let zone = each("hard-zone", &[1.0, 30.0, 70.0, 38.0, 77.0, 0.05, 8.0]);
+        let up_down = each("up-down-asymmetry", &[0.2, 0.2]);
+        let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
+        let model = fit(&data, &[zone, up_down], FORM_ROUNDS).unwrap();
+        let pruned = begun(&data, &split, &options, 1.0).prune(model);
+        pruned.model.effects.iter().map(|each| each.effect.name).collect()
+    }
+
+    #[test]
+    fn an_effect_that_a_later_fit_drives_into_its_bound_is_no_longer_named() {
+        assert_eq!(left(1.0), ["hard-zone", "up-down-asymmetry"]);
+        assert_eq!(left(9.0), ["up-down-asymmetry"]);
     }
 }

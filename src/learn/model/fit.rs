@@ -7,6 +7,7 @@
 //! analytic in β and by differences in θ; after every step of θ, β is solved for again (variable projection, Golub and
 //! Pereyra 1973).
 
+use crate::effects::{Parameter, Place};
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::model::design::{
     Acting, FittedEffect, acting, acting_on, before_drive, changed_columns, combined, load, load_from_readings,
@@ -151,6 +152,8 @@ struct Search<'a> {
     /// Base coefficients whose column is 0 in every sample with weight. The tail that a lag leaves in later samples is
     /// too little to determine them: they keep the value of their prior.
     without_data: Vec<bool>,
+    /// Where the borders of a region may lie in X and Y.
+    borders_mm: [(f64, f64); 2],
 }
 
 /// A model with its prediction of the data.
@@ -179,7 +182,7 @@ impl<'a> Search<'a> {
     fn new(data: &'a Data, weight: &'a [f64]) -> Self {
         let used: Vec<usize> = (0..data.len()).filter(|i| weight[*i] > 0.0).collect();
         let without_data = data.columns.iter().map(|column| used.iter().all(|i| column[*i] == 0.0)).collect();
-        Self { data, weight, used, without_data }
+        Self { data, weight, used, without_data, borders_mm: [0, 1].map(|axis| borders_mm(data, axis)) }
     }
 
     fn acting(&self, theta: &[FittedEffect]) -> Vec<Rc<Acting>> {
@@ -302,8 +305,13 @@ impl<'a> Search<'a> {
     /// Values and bounds of β, then of θ.
     fn bounded(&self, at: &Point) -> Vec<(f64, (f64, f64))> {
         let base = at.base.iter().zip(&self.data.base).map(|(value, spec)| (*value, spec.bounds));
+        let bounds = |p: &Parameter| match p.place {
+            Some(Place::XMin | Place::XMax) => self.borders_mm[0],
+            Some(Place::YMin | Place::YMax) => self.borders_mm[1],
+            _ => (p.min, p.max),
+        };
         let own = |each: &FittedEffect| {
-            let bounds: Vec<(f64, f64)> = each.effect.parameters.iter().map(|p| (p.min, p.max)).collect();
+            let bounds: Vec<(f64, f64)> = each.effect.parameters.iter().map(bounds).collect();
             each.values.clone().into_iter().zip(bounds)
         };
         base.chain(at.theta.iter().flat_map(own)).collect()
@@ -378,6 +386,15 @@ impl<'a> Search<'a> {
     }
 }
 
+/// Where a border of a region may lie along an axis: among the places of the tool, or up to their whole extent beyond, mm. What lies
+/// farther out no cut shows, and a border there would drift without end.
+fn borders_mm(data: &Data, axis: usize) -> (f64, f64) {
+    let places = data.state.iter().map(|state| state.position[axis]).filter(|at| at.is_finite());
+    let (least, most) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), at| (a.min(at), b.max(at)));
+    let beyond = (most - least).max(0.0);
+    if least > most { (f64::NEG_INFINITY, f64::INFINITY) } else { (least - beyond, most + beyond) }
+}
+
 /// The normal matrix scaled to a unit diagonal, and the scale factors; 0 for parameters without influence.
 fn scaled(normal: &DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>) {
     let p = normal.nrows();
@@ -425,6 +442,7 @@ mod tests {
     use crate::learn::dataset::samples::{Base, Class, UNBOUNDED};
     use crate::learn::model::starts::{forms, start_values};
     use crate::machine::wear::Lengths;
+    use crate::path::Vec3;
 
     /// Cuts with an edge coefficient that has grown by two thirds at the end.
     fn worn() -> Data {
@@ -476,5 +494,19 @@ mod tests {
             assert!((growth - 2.0 / 30.0).abs() < 1e-4, "{:?}: {growth}", each.free);
             assert!(run_in < 1e-3 && end < 1e-5 && (found.model.base[1] - 17.0).abs() < 0.02);
         }
+    }
+
+    #[test]
+    fn borders_of_a_region_stay_where_cuts_may_show_them() {
+        let mut data = worn();
+        for (i, state) in data.state.iter_mut().enumerate() {
+            state.position = Vec3::new((i % 101) as f64, (i / 101) as f64, 0.0);
+        }
+        assert_eq!([0, 1].map(|axis| borders_mm(&data, axis)), [(-100.0, 200.0), (-5.0, 10.0)]);
+        let values = vec![0.2, -1e5, 50.0, 0.0, 1e5, 0.4, 4.0];
+        let far = FittedEffect { effect: named("hard-zone").unwrap(), free: vec![true; values.len()], values };
+        let found = fit(&data, &[far], 25).unwrap();
+        let [_, x_min, _, _, y_max, ..] = found.model.effects[0].values[..] else { panic!("its borders") };
+        assert!(x_min >= -100.0 && y_max <= 10.0, "{x_min} {y_max}");
     }
 }
