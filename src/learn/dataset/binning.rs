@@ -248,6 +248,8 @@ impl PlacedLog<'_> {
             data.run.push(run);
             data.load_variance.push(self.load_variance(members[members.len() - 1], weights));
             let middle = self.aligned.program_s[members[members.len() / 2]];
+            let spot = self.spot[members[members.len() / 2]].unwrap_or(0);
+            data.line.push(self.known.timeline.spots[spot].line);
             data.block.push((middle / (span / BLOCKS).max(1.0)) as usize);
         }
         lowered

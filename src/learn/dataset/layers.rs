@@ -73,6 +73,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
         state,
         span_s: vec![0.0; n],
         readings_per_sample: Vec::new(),
+        line: Vec::new(),
         load_variance: Vec::new(),
         run: (0..n).collect(),
         channel: vec![0; n],

@@ -55,6 +55,7 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
         state: samples.iter().map(|(i, _)| state[*i]).collect(),
         span_s: vec![0.0; samples.len()],
         readings_per_sample: Vec::new(),
+        line: Vec::new(),
         load_variance: Vec::new(),
         run: (0..samples.len()).collect(),
         channel: vec![0; samples.len()],

@@ -84,6 +84,8 @@ pub struct Data {
     pub channel: Vec<usize>,
     /// Block for splits: set-up, pass, part or stretch of time.
     pub block: Vec<usize>,
+    /// Line of the program; empty for tables.
+    pub line: Vec<u32>,
     /// Kind of cut; in logs the operation.
     pub kind: Vec<usize>,
     /// Names of the kinds.
@@ -116,6 +118,12 @@ impl Data {
     /// The same data with other weights.
     pub fn with_weights(&self, weight: Vec<f64>) -> Data {
         Data { weight, ..self.clone() }
+    }
+    /// Line of the program at a time of the log, s: that of the last sample with weight that is not later.
+    pub fn line_at(&self, time_s: f64) -> Option<u32> {
+        let before = self.used().filter(|i| self.state[*i].time_s <= time_s);
+        let last = before.max_by(|a, b| self.state[*a].time_s.total_cmp(&self.state[*b].time_s))?;
+        self.line.get(last).copied()
     }
     /// Indices of the samples with weight.
     pub fn used(&self) -> impl Iterator<Item = usize> + '_ {

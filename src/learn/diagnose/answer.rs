@@ -44,7 +44,7 @@ impl Diagnosis<'_> {
         let (curves, effects): (Vec<usize>, Vec<usize>) =
             (0..fitted.model.effects.len()).partition(|e| is_unnamed(fitted.model.effects[*e].effect));
         let unnamed = curves.into_iter().map(|e| {
-            let mut curve = described(added(e), &fitted.model.effects, e);
+            let mut curve = described(data, added(e), &fitted.model.effects, e);
             let has_own_data = self.has_own_data(fitted.model.effects[e].effect);
             let rivals = if has_own_data { Vec::new() } else { self.rivals_of_curve(&fitted.model.effects, e) };
             let others_than = |family: Option<&Effect>| -> Vec<Covariate> {
@@ -211,7 +211,7 @@ fn doubt(each: &FittedEffect, k: usize, std_error: f64) -> Option<String> {
 }
 
 /// The curve `effects[e]` as it is reported.
-fn described(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
+fn described(data: &Data, added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
     let each = &effects[e];
     let of_curve = CURVES.iter().find(|(_, effect)| effect.name == each.effect.name);
     let (covariate, multiplies) =
@@ -241,7 +241,9 @@ fn described(added: Added, effects: &[FittedEffect], e: usize) -> Unnamed {
         sentence: if covariate == Covariate::Tool {
             sentence_of_tools(what, &knots)
         } else {
-            sentence(what, covariate.name(), unit, &knots)
+            let line = |x: f64| data.line_at(x).filter(|_| covariate == Covariate::Time);
+            let place = |x: f64| line(x).map_or_else(String::new, |line| format!(" (line {line})"));
+            sentence(what, covariate.name(), &|x| format!("{}{}", value_with_unit(x, unit), place(x)), &knots)
         },
         knots,
         added,
@@ -266,12 +268,11 @@ fn sentence_of_tools(what: &str, knots: &[[f64; 2]]) -> String {
 
 /// A curve in one sentence: a step at a value, a level between two values that stands out from both its sides, or the highest against the
 /// lowest.
-fn sentence(what: &str, covariate: &str, unit: &str, knots: &[[f64; 2]]) -> String {
+fn sentence(what: &str, covariate: &str, at: &dyn Fn(f64) -> String, knots: &[[f64; 2]]) -> String {
     let more = |factor: f64, than: f64| {
         let percent = 100.0 * (factor / than - 1.0);
         format!("{:.0} % {}", percent.abs(), if percent < 0.0 { "lower" } else { "higher" })
     };
-    let at = |x: f64| format!("{} {unit}", rounded(x)).trim_end().to_owned();
     let is_step = |k: usize| (knots[k + 1][0] - knots[k][0]).abs() < 1e-9 * knots[k][0].abs().max(1.0);
     let stands_out = |outer: f64, inner: f64, other: f64| (inner - outer) * (inner - other) > 0.0;
     match *knots {
@@ -307,6 +308,11 @@ fn stretch(knots: &[[f64; 2]], value: f64, at: impl Fn(f64) -> String) -> String
         }
         _ => there.first().map_or_else(String::new, |only| format!("at {}", at(*only))),
     }
+}
+
+/// A value of a covariate as it is said.
+fn value_with_unit(x: f64, unit: &str) -> String {
+    format!("{} {unit}", rounded(x)).trim_end().to_owned()
 }
 
 /// Three significant digits.
@@ -427,20 +433,51 @@ mod tests {
         assert_eq!([0.001, 0.02].map(is_clear), [false, true]);
     }
 
+    /// A curve before it is described.
+    fn added(name: &str) -> Added {
+        Added {
+            name: name.into(),
+            parameters: Vec::new(),
+            p_value: 0.0,
+            test_rmse_before: 2.0,
+            test_rmse_after: 1.0,
+            evidence: String::new(),
+        }
+    }
+
+    fn in_mm(x: f64) -> String {
+        value_with_unit(x, "mm")
+    }
+
+    #[test]
+    fn over_time_it_says_the_lines() {
+        let state = |i: usize| State { time_s: i as f64, ..State::default() };
+        let data = Data { line: (0..400).map(|i| 10 + i / 50).collect(), ..made(|_| 0.0, 1.0, state) };
+        let effect = named("unnamed-load-time").unwrap();
+        let at = |k: usize| [0.0, 141.0, 203.0].get(k).copied().unwrap_or(BEYOND);
+        let factors = [1.0, 0.8, 1.0];
+        let values = (0..KNOTS).map(at).chain((0..KNOTS).map(|k| *factors.get(k).unwrap_or(&1.0))).chain([1.0]);
+        let each = FittedEffect { effect, values: values.collect(), free: vec![true; 2 * KNOTS + 1] };
+        assert_eq!(
+            described(&data, added("unnamed-load-time"), &[each], 0).sentence,
+            "between time 141 s (line 12) and 203 s (line 14) the load of the cut is 20 % lower"
+        );
+    }
+
     #[test]
     fn of_tools_it_says_which_and_of_several_levels_where_the_highest_and_the_lowest_are() {
         let tools = sentence_of_tools("the load of the cut", &[[1.5, 0.8], [1.5, 1.0]]);
         assert_eq!(tools, "with tool 2 the load of the cut is 25 % higher than with the tool before it");
         let levels = [[2.0, 1.0], [2.0, 1.2], [3.0, 1.2], [3.0, 0.9], [5.0, 0.9], [5.0, 0.6]];
         assert_eq!(
-            sentence("the load", "axial depth", "mm", &levels),
+            sentence("the load", "axial depth", &in_mm, &levels),
             "the load follows axial depth: between 2 mm and 3 mm it is 100 % higher than above 5 mm"
         );
     }
 
     #[test]
     fn a_curve_is_one_sentence_with_a_place_and_a_size() {
-        let load = |knots: &[[f64; 2]]| sentence("the load of the cut", "position z", "mm", knots);
+        let load = |knots: &[[f64; 2]]| sentence("the load of the cut", "position z", &in_mm, knots);
         assert_eq!(load(&[[-4.5, 1.18], [-4.5, 1.0]]), "below position z -4.5 mm the load of the cut is 18 % higher");
         assert_eq!(
             load(&[[141.0, 1.0], [141.0, 0.8], [203.0, 0.8], [203.0, 1.0]]),
@@ -464,15 +501,7 @@ mod tests {
             let factors = (0..KNOTS).map(|k| *factors.get(k).unwrap_or(&1.0));
             let values: Vec<f64> = at.chain(factors).chain([1.0]).collect();
             let each = FittedEffect { effect: named(name).unwrap(), free: vec![true; values.len()], values };
-            let added = Added {
-                name: name.into(),
-                parameters: Vec::new(),
-                p_value: 0.0,
-                test_rmse_before: 2.0,
-                test_rmse_after: 1.0,
-                evidence: String::new(),
-            };
-            described(added, &[&[each], others].concat(), 0).family
+            described(&Data::default(), added(name), &[&[each], others].concat(), 0).family
         };
         let family = |name: &str, factors: [f64; 3]| family_beside(&[], name, factors);
         assert_eq!(family("unnamed-load-sliding-distance", [1.0, 1.1, 1.3]).as_deref(), Some("flank-wear"));

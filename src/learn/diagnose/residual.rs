@@ -324,7 +324,8 @@ fn in_time(data: &Data, residual: &[f64], load: &[f64]) -> Vec<Pattern> {
     let stretch = worst_stretch(data, residual, load, lasts).map_or_else(String::new, |stretch| {
         let ([from_s, to_s], percent) = (stretch.between_s, 100.0 * stretch.above);
         let side = if percent < 0.0 { "below" } else { "above" };
-        format!("; largest from {from_s:.0} s to {to_s:.0} s, {:.1} % {side} the prediction", percent.abs())
+        let lines = stretch.lines.map_or_else(String::new, |lines| format!(" ({})", in_words(lines)));
+        format!("; largest from {from_s:.0} s to {to_s:.0} s{lines}, {:.1} % {side} the prediction", percent.abs())
     });
     let mut found = vec![Pattern {
         along: format!("time (persists over about {:.1} s{stretch})", lasts as f64 * span),
@@ -337,6 +338,11 @@ fn in_time(data: &Data, residual: &[f64], load: &[f64]) -> Vec<Pattern> {
         found.push(Pattern { along, test_r2: r2, p_value: 1e-6, is_persistence: false });
     }
     found
+}
+
+/// A range of lines of a program.
+fn in_words([first, last]: [u32; 2]) -> String {
+    if first == last { format!("line {first}") } else { format!("lines {first} to {last}") }
 }
 
 /// The period of largest spectral power, s, and its R² from bin means over the phase, learned and scored on alternate

@@ -17,6 +17,8 @@ use crate::learn::dataset::samples::Data;
 pub struct Stretch {
     /// When it begins and ends, s.
     pub between_s: [f64; 2],
+    /// First and last line of the program there, where they are known.
+    pub lines: Option<[u32; 2]>,
     /// Sum of the readings over that of the predictions there, less 1.
     pub above: f64,
 }
@@ -41,8 +43,9 @@ pub fn worst_stretch(data: &Data, residual: &[f64], predicted: &[f64], shortest:
     let [from, to] = (0..=to - width).map(|from| [from, to]).max_by(most).unwrap_or([from, to]);
     let there = &used[from..to];
     let sum = |of: &[f64]| there.iter().map(|i| of[*i]).sum::<f64>();
-    let at_s = |k: usize| data.state[used[k]].time_s;
-    Some(Stretch { between_s: [at_s(from), at_s(to - 1)], above: sum(residual) / sum(predicted) })
+    let ends = [from, to - 1].map(|k| used[k]);
+    let lines = Some(ends).filter(|_| !data.line.is_empty()).map(|ends| ends.map(|i| data.line[i]));
+    Some(Stretch { between_s: ends.map(|i| data.state[i].time_s), lines, above: sum(residual) / sum(predicted) })
 }
 
 #[cfg(test)]
@@ -54,16 +57,19 @@ mod tests {
     /// 12 % more from 300 s to 359 s, in noise of 3 %: found within a few seconds and half a percent.
     #[test]
     fn a_stretch_with_more_load_is_found() {
-        let data = made(
+        let mut data = made(
             |i| if (300..360).contains(&i) { 0.12 } else { 0.0 },
             3.0,
             |i| State { time_s: i as f64, ..State::default() },
         );
+        data.line = (0..data.len()).map(|i| i as u32 / 10).collect();
         let predicted = data.columns[0].clone();
         let residual: Vec<f64> = data.reading.iter().zip(&predicted).map(|(reading, p)| reading - p).collect();
         let found = worst_stretch(&data, &residual, &predicted, 10).unwrap();
         assert!((found.between_s[0] - 300.0).abs() < 5.0 && (found.between_s[1] - 359.0).abs() < 5.0, "{found:?}");
         assert!((found.above - 0.12).abs() < 0.005, "{found:?}");
+        let [first, last] = found.lines.unwrap();
+        assert!((29..=30).contains(&first) && (35..=36).contains(&last), "{found:?}");
         assert_eq!(worst_stretch(&data, &residual, &predicted, data.len()), None);
     }
 }
