@@ -13,7 +13,7 @@ use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::trial::{Trial, p_value, score_of, unphysical};
 use crate::learn::diagnose::unnamed::{ResidualCurve, is_shape_of, is_there_without_a_cut, is_unnamed, only_grows};
-use crate::learn::model::cross_validation::{certainty_of_gain, improvement_by_case, t_statistic};
+use crate::learn::model::cross_validation::{improvement_by_case, t_statistic};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::{Confounded, Rejected};
@@ -153,16 +153,13 @@ impl Diagnosis<'_> {
         Contest { own, gain, present, shaped, rivals }
     }
 
-    /// Is a rival clearly better than an effect? A curve over something that only grows while the program runs needs
-    /// the margin of a curve of its own, because it correlates with every change during the program.
-    fn takes_the_place(&self, rival: &Rival, shaped: &[f64], left: &[f64]) -> bool {
-        let is_late = matches!(rival, Rival::Curve(found) if only_grows(found.covariate));
-        let t = t_statistic(&improvement_by_case(&self.train, shaped, left));
-        if is_late {
-            self.criteria().follows_a_curve(self.drop_of(shaped, left), certainty_of_gain(&self.train, shaped, left))
-        } else {
-            self.criteria().is_clearly_better(t)
+    /// Is a rival clearly better than an effect? A curve over something that only grows while the program runs correlates
+    /// with every change during the program.
+    fn takes_the_place(&self, rival: &Rival, present: &Present, shaped: &[f64], left: &[f64]) -> bool {
+        if matches!(rival, Rival::Curve(found) if only_grows(found.covariate)) {
+            return self.is_clearly_late(&present.left, shaped, left);
         }
+        self.criteria().is_clearly_better(t_statistic(&improvement_by_case(&self.train, shaped, left)))
     }
 
     /// The named rival that follows the covariate of the curve `best`, passes every test and lowers the held-out error nearly as much. What its
@@ -185,7 +182,7 @@ impl Diagnosis<'_> {
     fn winner(&mut self, contest: &Contest) -> Option<Fitted> {
         let Contest { own, present, shaped, rivals, .. } = contest;
         let (best, least) = rivals.first()?;
-        if !self.takes_the_place(best, shaped, least) {
+        if !self.takes_the_place(best, present, shaped, least) {
             return None;
         }
         let rival = self.law_of(best, least, contest).unwrap_or(best);

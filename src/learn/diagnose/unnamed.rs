@@ -344,20 +344,27 @@ impl Diagnosis<'_> {
     }
 
     /// Sort key of a curve, `least` being the one of least held-out error: (rank, number of knots, not of tools) if
-    /// `least` is not clearly better, or is only little better with more knots; otherwise last. If `least` runs over
-    /// something that only grows with the program, it counts as better only by the margin required of a curve of its
-    /// own.
+    /// `least` is not clearly better, or is only little better with more knots; otherwise last. Of `least` over something
+    /// that only grows with the program see [`Self::is_clearly_late`].
     fn preference(&self, before: &[f64], least: &Merit, each: &Merit) -> (usize, usize, bool) {
         let share = self.drop_of(before, each.left) / self.drop_of(before, least.left).max(1e-12);
         let is_simpler = each.parts < least.parts && self.criteria().takes_as_much(share);
         let is_behind = if least.rank >= LAST_RANK && each.rank < LAST_RANK {
-            let certainty = certainty_of_gain(&self.train, each.left, least.left);
-            self.criteria().follows_a_curve(self.drop_of(each.left, least.left), certainty)
+            self.is_clearly_late(before, each.left, least.left)
         } else {
             let t = t_statistic(&improvement_by_case(&self.train, each.left, least.left));
             self.criteria().lowers_held_out(self.drop_of(each.left, least.left), t)
         };
         if is_simpler || !is_behind { (each.rank, each.parts, !each.is_of_tools) } else { (usize::MAX, 0, true) }
+    }
+
+    /// Does something that only grows while the program runs explain more than a cause in the process? It must lower the
+    /// held-out error by the margin of a curve of its own, and the cause in the process may not take nearly as much.
+    /// `before`: held-out residuals without either, `process` and `late`: with each.
+    pub(in crate::learn) fn is_clearly_late(&self, before: &[f64], process: &[f64], late: &[f64]) -> bool {
+        let certainty = certainty_of_gain(&self.train, process, late);
+        let share = self.drop_of(before, process) / self.drop_of(before, late).max(1e-12);
+        self.criteria().follows_a_curve(self.drop_of(process, late), certainty) && !self.criteria().takes_as_much(share)
     }
 
     /// The curve fitted together with the model, and the held-out residuals of that; `None` if it does not pass the
@@ -605,6 +612,9 @@ mod tests {
         // Half a percent less error, however significant, does not put time before a quantity of the process.
         let nearly = left(1.004);
         assert_eq!(key((0, 6, &nearly), (LAST_RANK, 2, &least)), (0, 6));
+        // Nor does half as much error again, where a quantity of the process takes nearly all that time takes.
+        assert_eq!(key((0, 6, &more), (LAST_RANK, 2, &least)), (0, 6));
+        assert_eq!(key((0, 6, &much), (LAST_RANK, 2, &least)), (usize::MAX, 0));
         assert_eq!(key((0, 6, &nearly), (0, 2, &least)), (0, 6));
         assert_eq!(key((0, 6, &left(1.02)), (0, 2, &least)), (usize::MAX, 0));
         // Of two curves that fit these data equally, the difference between tools comes first.
