@@ -63,7 +63,7 @@ fn charge_of_choice(each: &FittedEffect) -> f64 {
 fn refined_instant(
     data: &Data,
     found: &FittedEffect,
-    squares: impl Fn(&FittedEffect) -> Option<f64>,
+    squares: impl Fn(&FittedEffect) -> Option<f64> + Sync,
 ) -> Option<FittedEffect> {
     let scanned = found.effect.parameters.iter().position(Parameter::is_scanned)?;
     let mut instants: Vec<f64> = data.used().map(|i| data.state[i].time_s).filter(|t| t.is_finite()).collect();
@@ -79,8 +79,9 @@ fn refined_instant(
     let mut step = instants.len() / 16;
     while step > 0 {
         let beside = [k.checked_sub(step), (k + step < instants.len()).then_some(k + step)];
-        let tried = beside.into_iter().flatten().filter_map(|other| Some((squares(&at(other))?, other)));
-        match tried.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(value, _)| *value < least) {
+        let of = |other: usize| Some((squares(&at(other))?, other));
+        let tried: Vec<(f64, usize)> = beside.into_par_iter().flatten().filter_map(of).collect();
+        match tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(value, _)| *value < least) {
             Some(better) => (least, k) = better,
             None => step /= 2,
         }
