@@ -14,6 +14,9 @@ const AS_LEVEL: f64 = 0.05;
 /// Side of the cells of the grid, in radii.
 const CELL: f64 = 1.0 / 3.0;
 
+/// Relative margin for the rounding of f64 where a piece is left out as too far: a thousand times that of a few products.
+const ROUNDING: f64 = 1e-12;
+
 /// A straight piece of the path of a centre.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
@@ -164,6 +167,25 @@ impl Centres {
         }
     }
 
+    /// Leaves out pieces of which some other piece is nearer to each of these points, by d(x, c).
+    ///
+    /// With the points in a ball (m, ρ), r the place of the path nearest to m, and p a place of another piece,
+    /// |x − p|² − |x − r|² ≥ |m − p|² − |m − r|² − 2ρ|p − r|. The piece is farther from all of them if that is positive
+    /// all along it, and none of them is above its lowest point.
+    pub fn narrow(&self, points: &[Vec3], pieces: &mut Vec<Near>) {
+        let Some(start) = points.first() else { return };
+        let (low, high) = points.iter().fold((*start, *start), |(low, high), x| (low.inf(x), high.sup(x)));
+        let middle = 0.5 * (low + high);
+        let Some(nearest) = self.nearest(pieces, middle, &mut 0) else { return };
+        let reach_mm = points.iter().map(|x| (x - middle).norm_squared()).fold(0.0, f64::max).sqrt();
+        let square = (middle - nearest.centre).norm_squared();
+        pieces.retain(|near| {
+            let far_mm = (near.middle - nearest.centre).norm() + near.half_mm;
+            high.z > near.lowest_mm
+                || near.least_square(middle - near.middle) <= (square + 2.0 * reach_mm * far_mm) * (1.0 + ROUNDING)
+        });
+    }
+
     /// The place on these pieces with the least d(x, c). `first`: the piece looked at first, by its place in the list; then that found, with
     /// which a search near by begins best.
     pub fn nearest(&self, pieces: &[Near], x: Vec3, first: &mut usize) -> Option<Nearest> {
@@ -230,17 +252,19 @@ impl Centres {
 }
 
 impl Near {
-    /// Is it quickly known that d(x, c) is larger all along? Where x is below the piece that is the distance in space; with v = x − middle and
-    /// p = v·half its square is v² − p²/half² ≥ v² − |p| beside the piece, and v² − 2|p| + half² beyond its ends, where |p| ≥ half².
+    /// Is it quickly known that d(x, c) is larger all along? Where x is below the piece that is the distance in space.
     fn is_farther(&self, x: Vec3, than_mm: f64) -> bool {
         let v = x - self.middle;
-        let square = v.norm_squared();
-        if x.z > self.lowest_mm || square <= than_mm * than_mm {
-            return false;
-        }
+        let beyond = than_mm * than_mm;
+        x.z <= self.lowest_mm && v.norm_squared() > beyond && self.least_square(v) > beyond * (1.0 + ROUNDING)
+    }
+
+    /// A lower bound of the square of the distance in space, from v, the way from the middle to the point: with
+    /// p = v·half the square is v² − p²/half² ≥ v² − |p| beside the piece, and v² − 2|p| + half² beyond its ends, where
+    /// |p| ≥ half².
+    fn least_square(&self, v: Vec3) -> f64 {
         let (along, half) = (v.dot(&self.half).abs(), self.half_mm * self.half_mm);
-        let less = if along < half { along } else { 2.0 * along - half };
-        square - less > than_mm * than_mm * (1.0 + 1e-12)
+        v.norm_squared() - if along < half { along } else { 2.0 * along - half }
     }
 }
 
@@ -293,10 +317,8 @@ mod tests {
         assert_eq!((beside.of, beside.distance_mm), (2, 3.0));
     }
 
-    /// Passes over a wave and plunges between them; points below, beside and above the centres: each finds the piece that
-    /// trying every piece finds.
-    #[test]
-    fn pieces_too_far_to_be_nearest_are_left_out_and_no_others() {
+    /// Passes over a wave and plunges between them.
+    fn wave() -> Centres {
         let height = |x: f64, y: f64| 1.5 * (0.3 * x).sin() * (0.2 * y).cos();
         let mut curves = Vec::new();
         for pass in 0..9 {
@@ -305,7 +327,13 @@ mod tests {
             curves.push(Curve::Line { from: at(0.0) + Vec3::new(0.0, 0.0, 4.0), to: at(0.0) });
             curves.extend((0..12).map(|k| Curve::Line { from: at(f64::from(k)), to: at(f64::from(k) + 1.0) }));
         }
-        let centres = Centres::new(curves.into_iter().enumerate().map(|(k, curve)| (k as u32, curve)), 3.0);
+        Centres::new(curves.into_iter().enumerate().map(|(k, curve)| (k as u32, curve)), 3.0)
+    }
+
+    /// Points below, beside and above the centres: each finds the piece that trying every piece finds.
+    #[test]
+    fn pieces_too_far_to_be_nearest_are_left_out_and_no_others() {
+        let centres = wave();
         let mut near = Vec::new();
         let part = |k: u32, step: f64| (f64::from(k) * step).fract();
         let mut first = 0;
@@ -316,6 +344,30 @@ mod tests {
             let tried = near.iter().map(|near| centres.pieces[near.piece as usize].distance(x).1);
             assert!(found.distance_mm == tried.fold(f64::INFINITY, f64::min), "{x:?} {found:?}");
         }
+    }
+
+    /// Clouds of points as wide as a contact, and larger and higher ones: every point finds the same place before and after.
+    #[test]
+    fn pieces_left_out_for_a_cloud_of_points_are_nearest_to_none_of_them() {
+        let centres = wave();
+        let part = |k: u32, step: f64| (f64::from(k) * step).fract();
+        let (mut near, mut listed, mut left_out) = (Vec::new(), 0, 0);
+        for k in 0..300 {
+            let at = Vec3::new(12.0 * part(k, 0.618), 6.0 * part(k, 0.414), 9.0 * part(k, 0.732) - 2.0);
+            let size = [0.2, 0.8, 3.0][k as usize % 3];
+            let off = |n: u32, step: f64| size * (part(n, step) - 0.5);
+            let cloud = |n: u32| at + Vec3::new(off(n, 0.755), off(n, 0.57), off(n, 0.32));
+            let points: Vec<Vec3> = (1..20).map(cloud).collect();
+            centres.near(at, 12.0, &mut near);
+            let all = near.clone();
+            centres.narrow(&points, &mut near);
+            (listed, left_out) = (listed + all.len(), left_out + all.len() - near.len());
+            for x in points {
+                let [before, after] = [&all, &near].map(|pieces| centres.nearest(pieces, x, &mut 0).expect("a piece"));
+                assert_eq!((before.of, before.s_mm, before.distance_mm), (after.of, after.s_mm, after.distance_mm));
+            }
+        }
+        assert!(3 * left_out > listed, "{left_out} of {listed}");
     }
 
     #[test]

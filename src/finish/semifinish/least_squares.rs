@@ -8,7 +8,9 @@
 //! conjugate gradients, z by clipping, y the multipliers. Sums run in the order of rows, so the result does not depend
 //! on the number of threads.
 
-use super::sparse::Sparse;
+use rayon::prelude::*;
+
+use super::sparse::{RUN, Sparse};
 
 /// Most steps of the method, and of conjugate gradients within each.
 const STEPS: usize = 150;
@@ -186,7 +188,8 @@ impl Normal {
     fn times(&self, x: &[f64], image: &mut Vec<f64>, out: &mut Vec<f64>) {
         self.rows.times(x, image);
         self.rows.transposed_times(image, out);
-        out.iter_mut().zip(x).zip(&self.ridge).for_each(|((out, x), ridge)| *out += ridge * x);
+        let each = (out.par_iter_mut(), x, &self.ridge).into_par_iter().with_min_len(RUN);
+        each.for_each(|(out, x, ridge)| *out += ridge * x);
     }
 
     fn conjugate_gradients(&self, right: &[f64], start: &[f64]) -> Vec<f64> {
@@ -206,14 +209,15 @@ impl Normal {
             }
             self.times(&along, &mut of_rows, &mut image);
             let step = square / dot(&along, &image);
-            for k in 0..x.len() {
-                x[k] += step * along[k];
-                rest[k] -= step * image[k];
-            }
-            z = scaled(&rest);
+            let each = (&mut x, &mut rest, &mut z, &along, &image, &self.diagonal).into_par_iter().with_min_len(RUN);
+            each.for_each(|(x, rest, z, along, image, diagonal)| {
+                *x += step * along;
+                *rest -= step * image;
+                *z = *rest / diagonal;
+            });
             let next = dot(&rest, &z);
             let keep = next / square;
-            along.iter_mut().zip(&z).for_each(|(a, z)| *a = z + keep * *a);
+            (&mut along, &z).into_par_iter().with_min_len(RUN).for_each(|(a, z)| *a = z + keep * *a);
             square = next;
         }
         x

@@ -96,12 +96,14 @@ impl SemiSurface<'_> {
         station: &Station,
         stand: &ToolPlace,
         slices: &[Slice],
-        near: &[Near],
+        near: &mut Vec<Near>,
     ) -> MetStock {
         let mut found = MetStock::default();
         let arcs = map.arcs_of(station);
         let step = (2 * arcs.len()).div_ceil(ENDS).max(1);
-        let (mut most, mut first) = (0.0, 0);
+        // Ends of arcs, with the tangent of the circle there and the height of its ring.
+        let mut ends: Vec<(Vec3, f64)> = Vec::with_capacity(2 * arcs.len());
+        let mut points = Vec::with_capacity(2 * arcs.len());
         for (k, arc) in arcs.iter().enumerate() {
             for (end, angle) in [arc.entry_rad, arc.exit_rad].into_iter().enumerate() {
                 if !(2 * k + end).is_multiple_of(step) && step > 1 && end == 0 {
@@ -111,20 +113,24 @@ impl SemiSurface<'_> {
                 let (sin, cos) = f64::from(angle).sin_cos();
                 let [dx, dy] = stand.dir;
                 let out = Vec3::new(sin * dx - cos * dy, sin * dy + cos * dx, 0.0);
-                let tangent = Vec3::new(-out.y, out.x, 0.0);
-                let x = stand.tip + out * slice.radius_mm + Vec3::new(0.0, 0.0, slice.z_mm);
-                let Some(nearest) = self.centres.nearest(near, x, &mut first) else { continue };
-                if !is_on_surface(nearest.distance_mm, self.radius_mm) {
-                    continue;
-                }
-                let normal = normal(&nearest, x);
-                let weight = slice.dz_mm() * (1.0 / normal.dot(&tangent).abs().max(1e-9)).min(STEEPEST);
-                let place = self.place(&nearest);
-                if weight > most {
-                    (most, found.place) = (weight, Some(place));
-                }
-                self.enter(&mut found, place, weight, normal);
+                points.push(stand.tip + out * slice.radius_mm + Vec3::new(0.0, 0.0, slice.z_mm));
+                ends.push((Vec3::new(-out.y, out.x, 0.0), slice.dz_mm()));
             }
+        }
+        self.centres.narrow(&points, near);
+        let (mut most, mut first) = (0.0, 0);
+        for (x, (tangent, height_mm)) in points.iter().zip(&ends) {
+            let Some(nearest) = self.centres.nearest(near, *x, &mut first) else { continue };
+            if !is_on_surface(nearest.distance_mm, self.radius_mm) {
+                continue;
+            }
+            let normal = normal(&nearest, *x);
+            let weight = height_mm * (1.0 / normal.dot(tangent).abs().max(1e-9)).min(STEEPEST);
+            let place = self.place(&nearest);
+            if weight > most {
+                (most, found.place) = (weight, Some(place));
+            }
+            self.enter(&mut found, place, weight, normal);
         }
         let whole: f64 = found.shares.iter().map(|(_, weight)| weight).sum();
         found.shares.iter_mut().for_each(|(_, weight)| *weight /= whole);

@@ -292,8 +292,11 @@ impl<'a> Rounds<'a> {
             let (asks, off) = (self.reference_n / force - 1.0, self.log_ratio(force));
             let pull = (off.abs().min(HUBER) / asks.abs().max(1e-9)).min(1.0);
             let weight = (self.samples[k].length_mm * scale * pull).sqrt();
-            let row: Vec<(u32, f64)> =
-                self.slopes[k].iter().map(|(unknown, slope)| (*unknown, weight * slope / force)).collect();
+            let row: Vec<(u32, f64)> = self.slopes[k]
+                .iter()
+                .map(|(unknown, slope)| (*unknown, weight * slope / force))
+                .filter(|(_, a)| *a != 0.0)
+                .collect();
             let whole: f64 = row.iter().map(|(_, a)| a).sum();
             for (unknown, a) in &row {
                 problem.ridge[*unknown as usize] += RIDGE * a * whole;

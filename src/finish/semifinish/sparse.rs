@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 /// Components that a thread takes at a time.
-const RUN: usize = 2048;
+pub(super) const RUN: usize = 2048;
 
 /// The matrix.
 #[derive(Debug, Clone)]

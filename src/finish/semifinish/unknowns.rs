@@ -12,6 +12,7 @@ use super::task::SemifinishError;
 use crate::engage::workpiece::shift;
 use crate::nc::MoveKind;
 use crate::path::Vec3;
+use rayon::prelude::*;
 
 /// Share of the stock a sample meets that must be free for it to count.
 pub const FREE: f64 = 0.5;
@@ -96,7 +97,7 @@ impl Unknowns {
             let level = way.map_or(normal, |way| normal - way * normal.dot(&way));
             level.try_normalize(0.0).unwrap_or(normal)
         };
-        self.normals = self.tips(programs, base).into_iter().map(set).collect();
+        self.normals = self.tips(programs, base).into_par_iter().map(set).collect();
     }
 
     /// Tip of the semi-finishing tool at each unknown, in the common frame, with the normal there.
