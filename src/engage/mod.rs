@@ -6,7 +6,7 @@
 //!
 //! | what | files |
 //! |---|---|
-//! | the loop over the program, in batches of moves | [`simulate`], [`batch`], [`options`], [`workpiece`] |
+//! | the loop over the program, in batches of moves | [`simulate`], `plan`, `place_samples`, `in_batches`, [`batch`], [`options`], [`workpiece`] |
 //! | which earlier moves may matter at a place | [`nominate`] |
 //! | exact geometry at one place: rings of the cutter, and the part of each that earlier moves left | [`cutter`], [`scene`], [`arcs`], `rings`, `cylinder`, `outline`, [`cover`], `discs`, `quadric`, [`gaps`], `inside_stock` |
 //! | from place to place: where to examine more closely, what may be interpolated | [`sample_view`], [`sample_outcome`], [`between_samples`], `block_ends`, `union` |
@@ -26,12 +26,15 @@ mod discs;
 pub mod final_surface;
 pub mod gaps;
 pub mod hazards;
+mod in_batches;
 mod inside_stock;
 pub mod key;
 pub mod map;
 pub mod nominate;
 pub mod options;
 mod outline;
+mod place_samples;
+mod plan;
 mod quadric;
 pub mod reused_stations;
 mod rings;
