@@ -43,7 +43,8 @@ impl Columns {
         Self { at_mm, column_mm, stretches }
     }
 
-    /// Places over the machined surface, about `apart_mm` apart, with their areas.
+    /// Places over the machined surface, about `apart_mm` apart, with their areas. These add up to the whole: where a row of places stands
+    /// for a strip that ends before the surface does, or beyond it, all count as much more or less.
     pub fn places(&self, apart_mm: f64) -> Vec<Place> {
         let wide_mm = (apart_mm / self.column_mm).round().max(1.0) * self.column_mm;
         let Some([first, last]) = self.at_mm.first().zip(self.at_mm.last()).map(|(a, b)| [*a, *b]) else {
@@ -60,7 +61,21 @@ impl Columns {
                 places.extend((0..rows as usize).map(place));
             }
         }
+        let [counted, whole] = [places.iter().map(|(_, area)| area).sum(), self.area_mm2()];
+        for (_, area) in &mut places {
+            *area *= whole / f64::max(counted, f64::MIN_POSITIVE);
+        }
         places
+    }
+
+    /// Area of the machined surface between its outermost columns seen from above, mm².
+    fn area_mm2(&self) -> f64 {
+        let long = |i: usize| self.stretches[i].iter().map(|[from, to]| to - from).sum::<f64>();
+        let strip = |i: usize| {
+            let [a, b] = [long(i - 1), long(i)];
+            if a > 0.0 && b > 0.0 { 0.5 * (a + b) * (self.at_mm[i] - self.at_mm[i - 1]) } else { 0.0 }
+        };
+        (1..self.at_mm.len()).map(strip).sum()
     }
 
     /// X of a column, mm.
@@ -137,4 +152,21 @@ fn stretches_of(on: &dyn Fn(f64) -> bool, rows: &[f64]) -> Vec<[f64; 2]> {
 /// Border between a place where `on` is false and one where it is true, on the true side.
 fn border(on: &dyn Fn(f64) -> bool, out: f64, inside: f64) -> f64 {
     bisect(on, inside, out, HALVINGS)[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A surface 12 mm wide and 10 mm long, in columns of 0.5 mm with room on either side.
+    #[test]
+    fn areas_of_places_add_up_to_that_of_the_surface_at_any_distance() {
+        let at_mm: Vec<f64> = (0..=36).map(|i| -3.0 + 0.5 * f64::from(i)).collect();
+        let stretches = at_mm.iter().map(|x| if (0.0..=12.0).contains(x) { vec![[0.0, 10.0]] } else { vec![] });
+        let columns = Columns { stretches: stretches.collect(), at_mm, column_mm: 0.5 };
+        for apart_mm in [0.4, 0.8, 1.1, 1.7, 2.3, 5.0] {
+            let area: f64 = columns.places(apart_mm).iter().map(|(_, area)| area).sum();
+            assert!((area - 120.0).abs() < 1e-9, "{apart_mm} mm apart: {area} mm²");
+        }
+    }
 }

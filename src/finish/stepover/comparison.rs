@@ -2,7 +2,7 @@
 //! plan of a constant step-over.
 
 use super::columns::Columns;
-use super::least_time::{Alike, headings, least_s};
+use super::least_time::{Alike, headings, least_alternating_s, least_s};
 use super::passes::{self, Constant, Plan, Requirements};
 use super::reach::{Place, ToolOnSurface};
 use std::f64::consts::PI;
@@ -25,13 +25,10 @@ pub fn least_of_any_s(on_surface: &ToolOnSurface, places: &[Place], required: &R
     of_all * least_s(on_surface, &some, [required], &headings(PI, ROUND))[0]
 }
 
-/// Least times of passes within the allowed slope, s. Passes alternate, and a pass uphill meets another force than one downhill: each place
-/// counts with the better sense.
+/// Least times of passes within the allowed slope that alternate and follow each other to the same side as those of a plan, s.
 pub fn least_alike_s<const N: usize>(on_surface: &ToolOnSurface, places: &[Place], required: Alike<N>) -> [f64; N] {
     let turn = required[0].turn;
-    let fan = headings(turn.atan(), if turn > 0.0 { FAN } else { 1 });
-    let both: Vec<[f64; 2]> = fan.iter().flat_map(|ahead| [*ahead, ahead.map(|x| -x)]).collect();
-    least_s(on_surface, places, required, &both)
+    least_alternating_s(on_surface, places, required, &headings(turn.atan(), if turn > 0.0 { FAN } else { 1 }))
 }
 
 /// The best plan of one step-over and one feed that keep force and scallop at all places of the varying plan, except

@@ -6,6 +6,12 @@
 //!
 //! T ≥ Σ dA / max_d max_f (f·s(f, d)/l(d)).
 //!
+//! Of passes that alternate, as many run one way as the other at every place, and the force differs: the stock lies on
+//! the left of the one and on the right of the other. Two of them, with feeds f₁, f₂ and step-overs s₁, s₂, clear
+//! (s₁ + s₂)/l in the time 1/f₁ + 1/f₂, so that
+//!
+//! T ≥ Σ dA / max_d max_{f₁, f₂} ((s(f₁, d) + s(f₂, −d)) / ((1/f₁ + 1/f₂)·l(d))).
+//!
 //! It counts the area between the outermost passes alone, without leads, links, corners, accelerations or overlapping
 //! passes. The surface within a step-over is approximated as in the plan: straight along the feed, a circle across it.
 
@@ -44,6 +50,27 @@ pub fn least_s<const N: usize>(
     summed(places, time)
 }
 
+/// Least times over the places of passes that alternate and follow each other to the left of the headings, s.
+pub fn least_alternating_s<const N: usize>(
+    on_surface: &ToolOnSurface,
+    places: &[Place],
+    required: Alike<N>,
+    headings: &[[f64; 2]],
+) -> [f64; N] {
+    let time = |(p, area): &Place| {
+        let rates = headings.iter().filter_map(|d| {
+            let left = [-d[1], d[0]];
+            let choices =
+                |way: f64| Choices::new(on_surface, *p, (d.map(|x| way * x), left), (required, &required[0].bounds));
+            let [there, back] = [choices(1.0)?, choices(-1.0)?];
+            let longer = there.longer.min(back.longer);
+            Some(std::array::from_fn(|k| rate_of_two(&there.choices[k], &back.choices[k]) / longer))
+        });
+        times_s(*area, rates)
+    };
+    summed(places, time)
+}
+
 /// Least times of passes of one height over the places, s; their step-overs are bounded along the surface.
 pub fn least_of_one_height_s<const N: usize>(
     on_surface: &ToolOnSurface,
@@ -78,18 +105,56 @@ fn rates<const N: usize>(
     way: ([f64; 2], [f64; 2]),
     (required, bounds): (Alike<N>, &Bounds),
 ) -> Option<[f64; N]> {
-    let reach = on_surface.reach(p, way, bounds)?;
-    Some(required.map(|required| {
-        let by_feed = required.feeds_mm_s.iter().map(|feed| feed * reach.step_mm(*feed, required.reference_n).0);
-        let by_step = reach.steps().iter().map(|(step, line)| step * required.fastest_mm_s(line));
-        by_feed.chain(by_step).fold(0.0, f64::max) / reach.longer
-    }))
+    let Choices { longer, choices } = Choices::new(on_surface, p, way, (required, bounds))?;
+    Some(choices.map(|choices| choices.iter().map(|[feed, step]| feed * step).fold(0.0, f64::max) / longer))
+}
+
+/// What a pass may choose from at a place.
+struct Choices<const N: usize> {
+    /// Length of the path over its length seen from above.
+    longer: f64,
+    /// Feeds, mm/s, each with its step-over, mm.
+    choices: [Vec<[f64; 2]>; N],
+}
+
+impl<const N: usize> Choices<N> {
+    fn new(
+        on_surface: &ToolOnSurface,
+        p: [f64; 2],
+        way: ([f64; 2], [f64; 2]),
+        (required, bounds): (Alike<N>, &Bounds),
+    ) -> Option<Self> {
+        let reach = on_surface.reach(p, way, bounds)?;
+        let choices = required.map(|required| {
+            let by_feed = required.feeds_mm_s.iter().map(|feed| [*feed, reach.step_mm(*feed, required.reference_n).0]);
+            let by_step = reach.steps().iter().map(|(step, line)| [required.fastest_mm_s(line), *step]);
+            by_feed.chain(by_step).collect()
+        });
+        Some(Self { longer: reach.longer, choices })
+    }
+}
+
+/// Largest area per second of a pass there and one back, each with one of its choices, mm²/s on level ground.
+fn rate_of_two(there: &[[f64; 2]], back: &[[f64; 2]]) -> f64 {
+    let rate = |[f1, s1]: [f64; 2], [f2, s2]: [f64; 2]| (s1 + s2) / (f1.recip() + f2.recip());
+    let of_there = |there: &[f64; 2]| back.iter().map(|back| rate(*there, *back)).fold(0.0, f64::max);
+    there.iter().map(of_there).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::f64::consts::{FRAC_PI_4, PI};
+
+    /// Alike both ways it is feed times step-over; a pass that must go slower or closer lowers it to the mean over the time.
+    #[test]
+    fn two_passes_clear_what_both_clear_in_the_time_of_both() {
+        assert!((rate_of_two(&[[10.0, 0.4]], &[[10.0, 0.4]]) - 4.0).abs() < 1e-12);
+        assert!((rate_of_two(&[[10.0, 0.4]], &[[10.0, 0.2]]) - 3.0).abs() < 1e-12);
+        assert!((rate_of_two(&[[10.0, 0.4]], &[[5.0, 0.4]]) - 0.8 / 0.3).abs() < 1e-12);
+        // Of several the best pair: here back at the fast feed, though on its own it clears less.
+        assert!((rate_of_two(&[[10.0, 0.4]], &[[5.0, 0.4], [16.0, 0.12]]) - 0.52 / 0.1625).abs() < 1e-12);
+    }
 
     #[test]
     fn headings_are_spread_over_what_passes_may_turn() {
