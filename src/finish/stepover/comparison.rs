@@ -25,7 +25,7 @@ pub fn least_of_any_s(on_surface: &ToolOnSurface, places: &[Place], required: &R
     of_all * least_s(on_surface, &some, [required], &headings(PI, ROUND))[0]
 }
 
-/// Least times of passes within the allowed slope that alternate and follow each other to the same side as those of a plan, s.
+/// Least times of curved passes within the allowed slope that alternate and follow each other to the same side as those of a plan, s.
 pub fn least_alike_s<const N: usize>(on_surface: &ToolOnSurface, places: &[Place], required: Alike<N>) -> [f64; N] {
     let turn = required[0].turn;
     least_alternating_s(on_surface, places, required, &headings(turn.atan(), if turn > 0.0 { FAN } else { 1 }))

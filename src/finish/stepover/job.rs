@@ -157,7 +157,8 @@ pub fn run(
     let pass_area = PassArea::new(&ask.layout, &on_surface, [min.x, min.y], [max.x, max.y], column_mm);
     let left_out = preconditions::left_out(surface, &ask.layout)?;
     let area = turned.machined_mm2();
-    let places = pass_area.places((area / PLACES).sqrt());
+    let apart_mm = (area / PLACES).sqrt();
+    let places = pass_area.places(apart_mm);
     let thickest_mm = preconditions::thickest(&on_surface, &places, most_mm)?;
     let required = Requirements { bounds, reference_n, feeds_mm_s, turn: ask.layout.turn(), constant: None };
     let said = format!(
@@ -247,8 +248,8 @@ pub fn run(
     let more_force = Requirements { reference_n: (1.0 + PRICE) * reference_n, ..required.clone() };
     let more_scallop =
         Requirements { bounds: Bounds { scallop_mm: (1.0 + PRICE) * bounds.scallop_mm, ..bounds }, ..required.clone() };
-    let [least, least_with_force] = pass_area.least_alike_s(&on_surface, &places, [&required, &more_force]);
-    let [least_with_scallop] = pass_area.least_alike_s(&on_surface, &places, [&more_scallop]);
+    let [least, least_with_force] = pass_area.least_alike_s(&on_surface, (&places, apart_mm), [&required, &more_force]);
+    let [least_with_scallop] = pass_area.least_alike_s(&on_surface, (&places, apart_mm), [&more_scallop]);
     // Passes laid like these are among any passes; these are bounded at fewer places and with fewer headings.
     let least_s = [least, comparison::least_of_any_s(&on_surface, &places, &required).min(least)];
     let prices = [

@@ -4,6 +4,7 @@
 use super::columns::Columns;
 use super::comparison;
 use super::contour;
+use super::least_straight::least_straight_s;
 use super::least_time::{Alike, least_of_one_height_s};
 use super::levels::Grid;
 use super::passes::{self, Constant, Plan, Requirements};
@@ -93,14 +94,17 @@ impl PassArea {
         }
     }
 
-    /// Lower bounds of the time of passes with this layout, s.
+    /// Lower bounds of the time of passes with this layout, s, from places `apart_mm` apart.
     pub fn least_alike_s<const N: usize>(
         &self,
         on_surface: &ToolOnSurface,
-        places: &[Place],
+        (places, apart_mm): (&[Place], f64),
         required: Alike<N>,
     ) -> [f64; N] {
         match self {
+            PassArea::Columns(columns) if required[0].turn == 0.0 => {
+                least_straight_s(on_surface, columns, required, apart_mm)
+            }
             PassArea::Columns(_) => comparison::least_alike_s(on_surface, places, required),
             PassArea::Steep(_) => least_of_one_height_s(on_surface, places, required),
         }

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! bytes ─surface─▶ triangles ─drop─▶ tip and contact at any place ─section─▶ engaged arcs, scallop
-//!            ─reach─▶ allowed step-over ─least_time─▶ lower bound of the time
+//!            ─reach─▶ allowed step-over ─least_straight, least_time─▶ lower bounds of the time
 //!                                 ─passes, contour─▶ curves and feeds ─path─▶ motions ─text─▶ program ─check─▶ loads
 //! ```
 //! [`job`] runs all of it.
@@ -20,6 +20,7 @@ pub mod ends;
 pub mod fit;
 pub mod job;
 pub mod layout;
+pub mod least_straight;
 pub mod least_time;
 pub mod left;
 pub mod levels;
