@@ -29,7 +29,8 @@ pub struct Work {
     /// Write the report as one HTML file.
     #[arg(long, value_name = "R.html")]
     pub report: Option<PathBuf>,
-    /// Write one row per station.
+    /// Write one row per station: the path from there to the next row, with the loads of its fullest place
+    /// (0 in air, power too).
     #[arg(long, value_name = "R.csv")]
     pub csv: Option<PathBuf>,
     /// Draw feed and load along the path.
