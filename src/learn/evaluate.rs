@@ -14,7 +14,7 @@ use crate::learn::log::resultant::resultant;
 use crate::learn::model::design::{FittedEffect, in_model_file, in_quantity_of};
 use crate::learn::model::fit::{Model, predict};
 use crate::learn::program::declared::in_force;
-use crate::learn::program::simulated::simulate_for;
+use crate::learn::program::simulated::{simulate_declared, simulate_for};
 use crate::learn::report::Errors;
 use crate::learn::session::{LearnError, LogOptions, dataset_of};
 use crate::machine::Job;
@@ -63,7 +63,11 @@ pub fn of_log(
     let mut log = read_log(log, &options.mapping)?;
     resultant(&mut log, options.sample, options.window_s);
     let channels = channels(&log);
-    let prepared = simulate_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
+    let prepared = match channels.force_xy {
+        // Other geometries only weigh samples here, and their peak forces about a runout take minutes.
+        Some(_) => simulate_declared(program, job, Some(options.sample), loader)?,
+        None => simulate_for(program, job, None, loader)?,
+    };
     in_work_frame(&mut log, prepared.timeline());
     let (data, aligned, _) = dataset_of(&prepared, job, &log, &channels)?;
     let found = of_data(&data, job)?;

@@ -51,13 +51,24 @@ pub fn simulate_for(
     forces: Option<Sample>,
     loader: Option<Loader>,
 ) -> Result<SimulatedProgram, EngageError> {
+    let declared = simulate_declared(program, job, forces, loader)?;
+    let others = usual_geometries(&declared.path, &declared.timeline, job, forces, loader);
+    Ok(SimulatedProgram { others, ..declared })
+}
+
+/// The program as declared alone.
+pub fn simulate_declared(
+    program: &[u8],
+    job: &Job,
+    forces: Option<Sample>,
+    loader: Option<Loader>,
+) -> Result<SimulatedProgram, EngageError> {
     let program = parse(program.to_vec(), None);
     let path = interpret(&program, &unit::with_its_unit(&program, Environment::from_job(job), Some(job)));
     let map = engage(&path, job, &options(loader), &|_| ())?;
     let timeline = timeline(&path, &map, job, forces);
-    let others = usual_geometries(&path, &timeline, job, forces, loader);
     let slower = SLOWER.iter().map(|f| (*f, speed_ratios(&path, &map, job, &timeline, *f))).collect();
-    Ok(SimulatedProgram { path, map, timeline, others, slower, forces })
+    Ok(SimulatedProgram { path, map, timeline, others: Vec::new(), slower, forces })
 }
 
 impl SimulatedProgram {
