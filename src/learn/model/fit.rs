@@ -7,7 +7,7 @@
 //! analytic in β and by differences in θ; after every step of θ, β is solved for again (variable projection, Golub and
 //! Pereyra 1973).
 
-use crate::effects::{Parameter, Place};
+use crate::effects::{Geometry, Parameter, Place};
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::model::design::{
     Acting, FittedEffect, acting, acting_on, before_drive, changed_columns, combined, load, load_from_readings,
@@ -311,7 +311,10 @@ impl<'a> Search<'a> {
             _ => (p.min, p.max),
         };
         let own = |each: &FittedEffect| {
-            let bounds: Vec<(f64, f64)> = each.effect.parameters.iter().map(bounds).collect();
+            let mut bounds: Vec<(f64, f64)> = each.effect.parameters.iter().map(bounds).collect();
+            if each.effect.changes(Geometry::Runout) && self.data.runouts.is_narrow() {
+                bounds[1] = self.data.runouts.phases_told(each.values[1]);
+            }
             each.values.clone().into_iter().zip(bounds)
         };
         base.chain(at.theta.iter().flat_map(own)).collect()

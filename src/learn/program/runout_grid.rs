@@ -69,6 +69,15 @@ impl RunoutGrid {
         [middle(&self.offsets_mm), middle(self.phases())]
     }
 
+    /// Phases about its middle that a narrow grid tells, in the turn of this phase: as far as to the next direction of the wide grid. Where
+    /// the runout acts most, the forces hardly change with the phase, and one extrapolated from there would drift to any other.
+    pub fn phases_told(&self, phase: f64) -> (f64, f64) {
+        let middle = self.middle()[1];
+        let turn = middle + (phase - middle).round();
+        let apart = 1.0 / RUNOUT_GRID[1] as f64;
+        (turn - apart, turn + apart)
+    }
+
     /// Interpolation weight of one of its runouts for another runout.
     pub fn share(&self, offset_mm: f64, phase: f64, offset: usize, way: usize) -> f64 {
         let of_offset = share(offset_mm, &self.offsets_mm, offset, self.from_none);
@@ -113,6 +122,15 @@ mod tests {
         let three = [0.0, 0.5, 1.0];
         assert_eq!([0, 1, 2].map(|k| share(0.75, &three, k, false)), [0.0, 0.5, 0.5]);
         assert_eq!([0, 1, 2].map(|k| share(0.0, &three, k, false)), [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_narrow_grid_tells_the_phases_up_to_the_next_direction_of_the_wide_one() {
+        let grid = RunoutGrid::about([0.01, 0.5], 1.0);
+        for (phase, middle) in [(0.5, 0.5), (0.6, 0.5), (1.45, 1.5), (-0.6, -0.5)] {
+            let (low, high) = grid.phases_told(phase);
+            assert!((low - middle + 0.125).abs() < 1e-12 && (high - middle - 0.125).abs() < 1e-12, "{phase}");
+        }
     }
 
     #[test]
