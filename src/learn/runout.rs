@@ -75,7 +75,7 @@ where
     let valleys = search.distinct(round(&search.weights.0));
     let followed = valleys.par_iter().filter_map(|valley| search.followed(search.place(valley, 1.0)?, STEPS[0]));
     let deepest = followed.collect::<Vec<Place>>().into_iter().min_by(|a, b| a.squares().total_cmp(&b.squares()))?;
-    search.followed(deepest, STEPS[1]).map(|place| place.data)
+    search.followed(deepest, STEPS[1]).map(|place| Data { runouts: place.data.runouts.of_found(), ..place.data })
 }
 
 impl Place {

@@ -312,8 +312,9 @@ impl<'a> Search<'a> {
         };
         let own = |each: &FittedEffect| {
             let mut bounds: Vec<(f64, f64)> = each.effect.parameters.iter().map(bounds).collect();
-            if each.effect.changes(Geometry::Runout) && self.data.runouts.is_narrow() {
-                bounds[1] = self.data.runouts.phases_told(each.values[1]);
+            let told = each.values.get(1).and_then(|phase| self.data.runouts.phases_told(*phase));
+            if let Some(told) = told.filter(|_| each.effect.changes(Geometry::Runout)) {
+                bounds[1] = told;
             }
             each.values.clone().into_iter().zip(bounds)
         };

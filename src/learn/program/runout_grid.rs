@@ -22,6 +22,8 @@ pub struct RunoutGrid {
     pub ways: usize,
     /// Is it interpolated from no runout to the first offset?
     from_none: bool,
+    /// Is it the grid about the runout that was found, and no step on the way there?
+    is_of_found: bool,
 }
 
 /// All directions, pitches.
@@ -32,7 +34,7 @@ const BESIDE: [f64; 2] = [-0.04, 0.04];
 
 impl Default for RunoutGrid {
     fn default() -> Self {
-        Self { offsets_mm: [0.006, 0.018], phases: ROUND, ways: ROUND.len(), from_none: true }
+        Self { offsets_mm: [0.006, 0.018], phases: ROUND, ways: ROUND.len(), from_none: true, is_of_found: false }
     }
 }
 
@@ -50,7 +52,13 @@ impl RunoutGrid {
             phases: [one, other, other, other, other, other, other, other],
             ways: 2,
             from_none: false,
+            is_of_found: false,
         }
+    }
+
+    /// The same as the grid about the runout that was found.
+    pub fn of_found(self) -> Self {
+        Self { is_of_found: true, ..self }
     }
 
     /// Directions, in pitches of the teeth, rising.
@@ -69,13 +77,14 @@ impl RunoutGrid {
         [middle(&self.offsets_mm), middle(self.phases())]
     }
 
-    /// Phases about its middle that a narrow grid tells, in the turn of this phase: as far as to the next direction of the wide grid. Where
-    /// the runout acts most, the forces hardly change with the phase, and one extrapolated from there would drift to any other.
-    pub fn phases_told(&self, phase: f64) -> (f64, f64) {
+    /// Phases that the grid about the runout that was found tells, in the turn of this phase: from its middle as far as to the next direction
+    /// of the wide grid; `None` for other grids. Where the runout acts most, the forces hardly change with the phase, and one extrapolated
+    /// from there would drift to any other.
+    pub fn phases_told(&self, phase: f64) -> Option<(f64, f64)> {
         let middle = self.middle()[1];
         let turn = middle + (phase - middle).round();
         let apart = 1.0 / RUNOUT_GRID[1] as f64;
-        (turn - apart, turn + apart)
+        self.is_of_found.then_some((turn - apart, turn + apart))
     }
 
     /// Interpolation weight of one of its runouts for another runout.
@@ -125,10 +134,12 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_grid_tells_the_phases_up_to_the_next_direction_of_the_wide_one() {
-        let grid = RunoutGrid::about([0.01, 0.5], 1.0);
+    fn the_grid_of_a_runout_that_was_found_tells_the_phases_up_to_the_next_direction_of_the_wide_one() {
+        let step = RunoutGrid::about([0.01, 0.5], 1.0);
+        assert_eq!(step.phases_told(0.5), None);
+        let grid = step.of_found();
         for (phase, middle) in [(0.5, 0.5), (0.6, 0.5), (1.45, 1.5), (-0.6, -0.5)] {
-            let (low, high) = grid.phases_told(phase);
+            let (low, high) = grid.phases_told(phase).unwrap();
             assert!((low - middle + 0.125).abs() < 1e-12 && (high - middle - 0.125).abs() < 1e-12, "{phase}");
         }
     }
