@@ -64,7 +64,7 @@ pub fn of_log(
     resultant(&mut log, options.sample, options.window_s);
     let channels = channels(&log);
     let prepared = match channels.force_xy {
-        // Other geometries only weigh samples here, and their peak forces about a runout take minutes.
+        // Here other geometries only weigh samples and help to align by the load, and their peak forces about a runout take minutes.
         Some(_) => simulate_declared(program, job, Some(options.sample), loader)?,
         None => simulate_for(program, job, None, loader)?,
     };
