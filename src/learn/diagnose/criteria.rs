@@ -356,6 +356,8 @@ const WORSE: f64 = 1.001;
 /// effect that was there on the development seeds 12 to 15, unless the block times showed it; above 0.985 for five that
 /// were not.
 const GAINS: f64 = 0.98;
+/// Standard errors by which an effect must fall short of its whole size there to be refuted: 95 % two-sided.
+const SHORT_OF_WHOLE: f64 = 2.0;
 /// Standard errors below zero from which a coefficient is negative and not merely uncertain.
 const NEGATIVE: f64 = 2.0;
 
@@ -445,6 +447,11 @@ pub(in crate::learn) fn is_no_worse(before: f64, after: f64) -> bool {
 /// Does one effect lower the error on the data kept for the judgement enough to be asserted alone?
 pub(in crate::learn) fn is_lower(before: f64, after: f64) -> bool {
     after <= before * GAINS
+}
+
+/// Does less than the whole of an effect show in data, by more than their scatter? `share`: what shows of it.
+pub(in crate::learn) fn is_less_than_whole(share: f64, std_error: f64) -> bool {
+    share + SHORT_OF_WHOLE * std_error < 1.0
 }
 
 /// Is a coefficient negative by more than its uncertainty?
@@ -569,6 +576,7 @@ mod tests {
         assert!(is_taken_away(20.0, 0.1) && !is_taken_away(20.0, 0.3) && !is_taken_away(0.0, 0.0));
         assert!(is_no_worse(1.0, 1.0009) && !is_no_worse(1.0, 1.002));
         assert!(is_lower(1.0, 0.979) && !is_lower(1.0, 0.981));
+        assert!(is_less_than_whole(0.5, 0.24) && !is_less_than_whole(0.5, 0.26) && !is_less_than_whole(f64::NAN, 0.0));
         assert!(tells_apart(9e5) && !tells_apart(1.1e6));
         assert!(is_negative(-2.1, 1.0) && !is_negative(-1.9, 1.0));
     }

@@ -91,14 +91,14 @@ impl Diagnosis<'_> {
         };
         let (found, in_doubt) = search.names_alone(&base);
         let found = search.with_best_curve(&found).unwrap_or(found);
-        let without_gain = search.without_gain(&found);
+        let refuted = search.refuted(&found);
         let effects = &found.model.effects;
         let is_sure = |e: &usize| {
             let name = effects[*e].effect.name;
             if is_unnamed(effects[*e].effect) {
                 return search.rivals_of_curve(effects, *e).is_empty();
             }
-            !without_gain.contains(&name) && !in_doubt.iter().any(|names| names == name)
+            !refuted.contains(&name) && !in_doubt.iter().any(|names| names == name)
         };
         let with_evidence = |each: &FittedEffect| {
             let of = search.evidence.iter().rev().find(|(name, ..)| *name == each.effect.name)?;

@@ -36,12 +36,11 @@ fn is_stepped(knots: &[[f64; 2]]) -> bool {
     change(true) > change(false)
 }
 
-/// An effect that does not lower the error on the data kept for the judgement is not asserted alone: it is reported as one
-/// of several possible causes. `without_gain`: those effects; all of them if the model with all effects has a larger error
-/// than the base model.
-pub(in crate::learn) fn doubt_what_does_not_help(report: &mut LearnReport, without_gain: &[&str]) {
+/// An effect that the data kept for the judgement refute is not asserted alone: it is reported as one of several possible
+/// causes. `refuted`: those effects; all of them if the model with all effects has a larger error than the base model.
+pub(in crate::learn) fn doubt_what_does_not_help(report: &mut LearnReport, refuted: &[&str]) {
     let is_worse = !is_no_worse(report.base_test.rmse, report.final_test.rmse);
-    let in_doubt = |name: &&str| report.one_of(name).is_none() && (is_worse || without_gain.contains(name));
+    let in_doubt = |name: &&str| report.one_of(name).is_none() && (is_worse || refuted.contains(name));
     let in_doubt: Vec<String> = report.names().into_iter().filter(in_doubt).map(str::to_owned).collect();
     let why = if is_worse { "the error rose" } else { "the error is no lower with it" };
     report.confounded.extend(in_doubt.into_iter().map(|name| Confounded {
@@ -90,9 +89,9 @@ mod tests {
 
     #[test]
     fn what_raises_the_error_on_the_data_kept_is_asserted_alone_no_more() {
-        let in_doubt = |after: f64, without_gain: &[&str]| {
+        let in_doubt = |after: f64, refuted: &[&str]| {
             let mut report = report(10.0, after, &[]);
-            doubt_what_does_not_help(&mut report, without_gain);
+            doubt_what_does_not_help(&mut report, refuted);
             ["tool-diameter", "size-effect"].map(|name| report.one_of(name).is_some())
         };
         assert_eq!([in_doubt(9.0, &[]), in_doubt(10.1, &[])], [[false; 2], [true; 2]]);

@@ -1,12 +1,13 @@
 //! What each effect is worth beside those added later. In: the diagnosis, a model. Out: the model without those that are no longer worth their
-//! parameters, and the names that do not lower the error on the data kept for the judgement.
+//! parameters, and the names that the data kept for the judgement refute.
 
-use crate::learn::diagnose::criteria::is_lower;
+use crate::learn::dataset::errors::errors;
+use crate::learn::diagnose::criteria::{is_less_than_whole, is_lower};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::trial::{score_of, unphysical};
 use crate::learn::diagnose::unnamed::{is_shape_of, is_unnamed};
-use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, t_statistic};
+use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, share_borne_out, t_statistic};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::Rejected;
@@ -64,18 +65,22 @@ impl Diagnosis<'_> {
         Some((score(&fit(&self.train, &others, FORM_ROUNDS)?, &fit(&self.train, &with, FORM_ROUNDS)?), lowers))
     }
 
-    /// The named effects without which the error on the data kept for the judgement is hardly higher. Curves over its own
+    /// The named effects that the data kept for the judgement refute: the error there is hardly lower with one, and what it predicts there
+    /// is not borne out ([`share_borne_out`]). An effect that acts on few of these data is not refuted by them. Curves over its own
     /// covariates are the shape of an effect and are left out with it. An effect with data of its own is not asked.
-    pub(in crate::learn) fn without_gain(&self, fitted: &Fitted) -> Vec<&'static str> {
+    pub(in crate::learn) fn refuted(&self, fitted: &Fitted) -> Vec<&'static str> {
         let effects = &fitted.model.effects;
-        let whole = self.judgement_errors(effects).rmse;
-        let gains = |e: usize| {
-            let is_open = |each: &FittedEffect| !is_shape_of(&effects[e], each);
-            let others: Vec<FittedEffect> = remove(effects, e).into_iter().filter(is_open).collect();
-            is_lower(self.judgement_errors(&others).rmse, whole)
+        let rmse = |residual: &[f64]| errors(self.data, |i| residual[i]).rmse;
+        let with = self.judgement_residuals(effects);
+        let is_refuted = |e: &usize| {
+            let is_open = |each: &FittedEffect| !is_shape_of(&effects[*e], each);
+            let others: Vec<FittedEffect> = remove(effects, *e).into_iter().filter(is_open).collect();
+            let without = self.judgement_residuals(&others);
+            let [share, std_error] = share_borne_out(self.data, &without, &with);
+            !is_lower(rmse(&without), rmse(&with)) && is_less_than_whole(share, std_error)
         };
         let is_asked = |e: &usize| !is_unnamed(effects[*e].effect) && !self.has_own_data(effects[*e].effect);
-        (0..effects.len()).filter(is_asked).filter(|e| !gains(*e)).map(|e| effects[e].effect.name).collect()
+        (0..effects.len()).filter(is_asked).filter(is_refuted).map(|e| effects[e].effect.name).collect()
     }
 }
 

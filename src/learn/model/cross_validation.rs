@@ -150,6 +150,23 @@ pub fn certainty_of_gain(data: &Data, before: &[f64], after: &[f64]) -> f64 {
     if variance > 0.0 { gain / variance.sqrt() } else { 0.0 }
 }
 
+/// Share κ of an effect that data it was not fitted on bear out, and its standard error. δ = before − after is what the effect predicts
+/// there, and κ = Σ w δ·before / Σ w δ²: 1 where it is there as fitted, 0 where there is nothing of it, NaN where it predicts nothing. The
+/// standard error is from the scatter between cases, √Σ(Σ w δ·before − κ Σ w δ²)²/Σ w δ² (of a ratio: Cochran, Sampling Techniques, ch. 6).
+pub fn share_borne_out(data: &Data, before: &[f64], after: &[f64]) -> [f64; 2] {
+    let predicted = |i: usize| before[i] - after[i];
+    let sums = |case: Vec<usize>| {
+        let of = |value: &dyn Fn(usize) -> f64| -> f64 { case.iter().map(|&i| data.weight[i] * value(i)).sum() };
+        [of(&|i| predicted(i) * before[i]), of(&|i| predicted(i).powi(2))]
+    };
+    let each: Vec<[f64; 2]> =
+        cases(data, |i| before[i].is_finite() && after[i].is_finite()).into_iter().map(sums).collect();
+    let whole: f64 = each.iter().map(|of| of[1]).sum();
+    let share = each.iter().map(|of| of[0]).sum::<f64>() / whole;
+    let scatter = each.iter().map(|of| (of[0] - share * of[1]).powi(2)).sum::<f64>();
+    [share, scatter.sqrt() / whole]
+}
+
 /// The samples with weight of each case (block of a log, cut of a table) that are `known`.
 fn cases(data: &Data, known: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let used = data.used().filter(|i| known(*i));
@@ -234,5 +251,27 @@ mod tests {
         let (_, certainty) = gained(|block| if block == 7 { 1.2 } else { 0.0 }, |block| 0.3 * off(block));
         assert!(certainty < 2.0, "{certainty}");
         assert_eq!(gained(|_| 0.0, |_| 0.0).1, 0.0);
+    }
+
+    /// Share borne out of an effect of 2 in the first blocks, `few` of them, where `there` of it is there and blocks differ by ±`off`.
+    fn borne_out(few: usize, there: f64, off: f64) -> [f64; 2] {
+        let effect = |block: usize| if block < few { 2.0 } else { 0.0 };
+        let before = |i: usize| {
+            let block = i / 40;
+            there * effect(block) + wobble(i) + if block.is_multiple_of(2) { off } else { -off }
+        };
+        let after = |i: usize| before(i) - effect(i / 40);
+        share_borne_out(&data(), &(0..960).map(before).collect::<Vec<_>>(), &(0..960).map(after).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn what_an_effect_predicts_is_borne_out_as_far_as_it_is_there_and_as_surely_as_blocks_agree() {
+        for there in [0.0, 0.5, 1.0] {
+            let [share, std_error] = borne_out(12, there, 0.0);
+            assert!((share - there).abs() < 0.05 && std_error < 0.05, "{there}: {share} {std_error}");
+        }
+        // Where blocks differ by as much as it predicts, two of them tell nothing of it, and twelve do.
+        assert!(borne_out(2, 0.0, 2.0)[1] > 0.5 && borne_out(12, 0.0, 2.0)[1] < 0.35);
+        assert!(borne_out(0, 1.0, 0.0)[0].is_nan());
     }
 }
