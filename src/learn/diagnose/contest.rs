@@ -100,7 +100,11 @@ impl Diagnosis<'_> {
             let as_likely = matches!(rival, Rival::Named(trial) if are_looked_for(trial) && is_as_likely(trial));
             as_likely || self.criteria().leaves_as_much(drop(left) / drop(&contest.shaped).max(1e-12), worse)
         };
-        let as_good = contest.rivals.iter().filter(|(rival, left)| as_good(rival, left)).map(|(rival, _)| rival);
+        // Time tells any cut from the next, so that it explains whatever differs between them: no doubt about a cause in the process.
+        let is_late = own.covariates.iter().all(|covariate| only_grows(*covariate));
+        let is_time = |rival: &Rival| matches!(rival, Rival::Curve(found) if only_grows(found.covariate));
+        let rivals = contest.rivals.iter().filter(|(rival, _)| is_late || !is_time(rival));
+        let as_good = rivals.filter(|(rival, left)| as_good(rival, left)).map(|(rival, _)| rival);
         // Named rivals first: each names the experiment that separates it.
         let (named, curves): (Vec<&Rival>, Vec<&Rival>) = as_good.partition(|rival| matches!(rival, Rival::Named(_)));
         let rivals: Vec<&Rival> = named.into_iter().chain(curves).take(SAID).collect();
@@ -336,7 +340,7 @@ mod tests {
         };
         assert_eq!(fitted.model.effects[0].effect.name, "unnamed-load-time");
         let as_good = contested(&blocks(|block| -late(block), by_turns(1), share));
-        assert!(matches!(as_good, Outcome::Holds(_)));
+        assert!(matches!(as_good, Outcome::Holds(in_doubt) if in_doubt.is_empty()));
     }
 
     #[test]

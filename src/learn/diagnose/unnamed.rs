@@ -135,10 +135,11 @@ fn determined_shares(curve: &Curve) -> Vec<f64> {
 }
 
 /// Can the tare depend on this covariate? A tare that follows depth, immersion, chip thickness or the way since entry
-/// would be load of the cut, booked where no limit of the tool applies to it.
+/// would be load of the cut, booked where no limit of the tool applies to it. So would one that follows the place: an idling spindle
+/// takes the same power wherever it stands.
 pub(in crate::learn) fn is_there_without_a_cut(covariate: Covariate) -> bool {
-    use Covariate::{Heading, PathAcceleration, PathSpeed, Slope, SpindleSpeed, Time, Tool, X, Y, Z};
-    matches!(covariate, Time | SpindleSpeed | PathSpeed | PathAcceleration | Tool | Heading | Slope | X | Y | Z)
+    use Covariate::{Heading, PathAcceleration, PathSpeed, Slope, SpindleSpeed, Time, Tool};
+    matches!(covariate, Time | SpindleSpeed | PathSpeed | PathAcceleration | Tool | Heading | Slope)
 }
 
 /// Is it a curve without a name rather than an effect of the list?
@@ -440,12 +441,12 @@ mod tests {
     use crate::path::Vec3;
 
     #[test]
-    fn a_tare_follows_nothing_that_only_a_cut_has() {
+    fn a_tare_follows_nothing_that_only_a_cut_has_and_no_place() {
         use Covariate::{
             AxialDepth, ChipThickness, Curvature, CuttingSpeed, FeedPerTooth, Immersion, Load, RadialDepth, SinceEntry,
-            Sliding, UpShare, Volume,
+            Sliding, UpShare, Volume, X, Y, Z,
         };
-        let of_cut = [
+        let none_of_tare = [
             CuttingSpeed,
             FeedPerTooth,
             ChipThickness,
@@ -458,9 +459,12 @@ mod tests {
             Load,
             Sliding,
             Volume,
+            X,
+            Y,
+            Z,
         ];
         for (covariate, _) in CURVES {
-            assert_ne!(is_there_without_a_cut(*covariate), of_cut.contains(covariate), "{}", covariate.name());
+            assert_ne!(is_there_without_a_cut(*covariate), none_of_tare.contains(covariate), "{}", covariate.name());
         }
     }
 
