@@ -6,8 +6,9 @@
 //! 2. Every candidate is fitted together with the effects already in the model. Its gain is G = n/φ · ln(RSS₀/RSS₁),
 //!    with φ the inflation of the residual it leaves (neighbouring samples with a common error count as one); its score
 //!    is G − k ln(n/φ) for k parameters (Bayesian information criterion, Schwarz 1978).
-//! 3. The best is added if it passes every test of [`super::evidence`]: score, physical parameters, held-out error, no
-//!    better curve along a covariate that it does not depend on, no harm to kinds of cuts it was not fitted on.
+//! 3. Of those that pass every test of [`super::evidence`] (score, physical parameters, held-out error, no better curve
+//!    along a covariate that it does not depend on, no harm to kinds of cuts it was not fitted on) that of least held-out
+//!    error is added.
 //! 4. If no single one passes, pairs are tried: each may mask the other in the fit ([`super::pairs`]).
 //! 5. Each effect must still earn its score beside those added later ([`super::pruning`]). Then each named effect is compared with
 //!    everything that can replace it ([`super::contest`]): a clearly better rival replaces it and the search continues;
@@ -276,7 +277,7 @@ impl Diagnosis<'_> {
         let mut trials = self.trials(model, note);
         trials.sort_by(|a, b| b.score.total_cmp(&a.score));
         let present = self.present(model);
-        let (chosen, after) = self.first_accepted(&present, &trials)?;
+        let (chosen, after) = self.best_accepted(&present, &trials)?;
         confounded.retain(|c| !c.names.iter().any(|name| name == trials[chosen].effect.name));
         confounded.extend(self.drift(&present, &trials[chosen], &after));
         confounded.extend(self.accident_or_difference(&present, &trials[chosen]));
@@ -296,38 +297,42 @@ impl Diagnosis<'_> {
         fitted
     }
 
-    /// Index of the best trial that passes every test, and its held-out residuals.
-    fn first_accepted(&mut self, present: &Present, trials: &[Trial]) -> Option<(usize, Vec<f64>)> {
+    /// Index of the trial of least held-out error among those that pass every test, and its held-out residuals. Their scores are no
+    /// measure for this: each has the inflation of its own residual in it.
+    fn best_accepted(&mut self, present: &Present, trials: &[Trial]) -> Option<(usize, Vec<f64>)> {
+        let mut best: Option<(usize, Vec<f64>)> = None;
         for (k, trial) in trials.iter().enumerate() {
-            let after = match self.tested(present, trial) {
-                Ok(after) => after,
-                Err(why) => {
-                    self.reject(trial, why);
-                    continue;
+            match self.accepted(present, trial) {
+                Ok(after) if best.as_ref().is_none_or(|(_, least)| self.drop_of(least, &after) > 0.0) => {
+                    best = Some((k, after));
                 }
-            };
-            let p_value = self.p_of_the_search(trial);
-            let is_first = present.model.model.effects.is_empty();
-            if !is_first && self.criteria().may_be_chance(p_value) {
-                let why = format!("among {} models tried such a gain comes by chance (p = {p_value:.2})", self.tried);
-                self.reject(trial, why);
-                continue;
+                Ok(_) => {}
+                Err(why) => self.reject(trial, why),
             }
-            let text = format!(
-                "lowers the error on left-out blocks by {:.1} % (t = {:.1}), score {:.1}",
-                100.0 * self.drop_of(&present.left, &after),
-                t_statistic(&improvement_by_case(&self.train, &present.left, &after)),
-                trial.score
-            );
-            let errors = [
-                self.judgement_errors(&present.model.model.effects),
-                self.judgement_errors(&trial.fitted.model.effects),
-            ];
-            self.evidence.push((trial.effect.name, text, p_value, errors.map(|e| e.rmse)));
-            self.rejected.retain(|r| r.name != trial.effect.name);
-            return Some((k, after));
         }
-        None
+        let (k, after) = best?;
+        let trial = &trials[k];
+        let text = format!(
+            "lowers the error on left-out blocks by {:.1} % (t = {:.1}), score {:.1}",
+            100.0 * self.drop_of(&present.left, &after),
+            t_statistic(&improvement_by_case(&self.train, &present.left, &after)),
+            trial.score
+        );
+        let errors =
+            [&present.model.model.effects, &trial.fitted.model.effects].map(|each| self.judgement_errors(each).rmse);
+        self.evidence.push((trial.effect.name, text, self.p_of_the_search(trial), errors));
+        self.rejected.retain(|r| r.name != trial.effect.name);
+        Some((k, after))
+    }
+
+    /// Held-out residuals of a trial that passes every test, or why it does not.
+    fn accepted(&mut self, present: &Present, trial: &Trial) -> Result<Vec<f64>, String> {
+        let after = self.tested(present, trial)?;
+        let p_value = self.p_of_the_search(trial);
+        if !present.model.model.effects.is_empty() && self.criteria().may_be_chance(p_value) {
+            return Err(format!("among {} models tried such a gain comes by chance (p = {p_value:.2})", self.tried));
+        }
+        Ok(after)
     }
 
     /// p value of the gain of a trial, multiplied by the number of models fitted (Bonferroni).
@@ -381,5 +386,38 @@ mod tests {
         assert_eq!(chosen_again(&both, false, |z, _| z > 0.0)[0], "unnamed-load-z");
         let last = |and_last: bool| chosen_again(&["unnamed-load-z"], and_last, |_, is_fast| is_fast);
         assert_eq!([false, true].map(last), [["unnamed-load-z"], ["unnamed-load-spindle-speed"]]);
+    }
+
+    #[test]
+    fn of_trials_that_pass_the_one_of_least_held_out_error_is_added_whatever_its_score() {
+        // Up and climb milling differ as fast and slow cuts do, and in one block by more.
+        let turn = |i: usize, every: usize| if ((i / EACH) / every).is_multiple_of(2) { 1.0 } else { -1.0 };
+        let state = |i: usize| State {
+            time_s: i as f64,
+            up_share: turn(i, 1),
+            up_share_chip: turn(i, 1),
+            cutting_speed_mm_s: 3000.0 + 1000.0 * turn(i, 2),
+            rps: 90.0 + 30.0 * turn(i, 2),
+            ..State::default()
+        };
+        let one = |i: usize| if i / EACH == 6 { 0.04 } else { 0.0 };
+        let data = made(|i| (0.1 + one(i)) * turn(i, 1) + 0.1 * turn(i, 2), 1.0, state);
+        let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
+        let mut diagnosis = begun(&data, &split, &options, 1.0);
+        let present = fit(&data, &[], FORM_ROUNDS).unwrap();
+        let with_score = |name: &str, score: f64| {
+            let effect = named(name).unwrap();
+            let mut trial = crate::learn::diagnose::trial::best_trial(&data, &present, &[], effect).1.unwrap();
+            trial.score = score;
+            trial
+        };
+        let present = diagnosis.present(&present);
+        for scores in [[200.0, 100.0], [100.0, 200.0]] {
+            let trials = [with_score("cutting-speed", scores[0]), with_score("up-down-asymmetry", scores[1])];
+            for trial in &trials {
+                assert_eq!(diagnosis.accepted(&present, trial).err(), None);
+            }
+            assert_eq!(diagnosis.best_accepted(&present, &trials).unwrap().0, 1);
+        }
     }
 }
