@@ -5,27 +5,46 @@
 //! stock that stands proud and a curve over the immersion may do of a pump that stops for a minute, none of the two is ever without the other,
 //! and the third never has a place. So it is tried in the place of both.
 
+use crate::effects::Multiplies;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
-use crate::learn::diagnose::trial::p_value;
-use crate::learn::diagnose::unnamed::{is_shape_of, is_unnamed};
+use crate::learn::diagnose::residual::inflation;
+use crate::learn::diagnose::trial::{Trial, p_value};
+use crate::learn::diagnose::unnamed::{ResidualCurve, is_shape_of, is_unnamed};
 use crate::learn::model::cross_validation::held_out_residuals;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::Rejected;
 
 impl Diagnosis<'_> {
-    /// The model with one curve in the place of a named effect and of the curves that are no shape of it. The curve must have no higher
-    /// held-out error than what it replaces, and no more parameters.
+    /// The model with one curve in the place of an effect (a name, or a curve that readings without a cut show) and of the curves that are
+    /// no shape of it. The curve must have no higher held-out error than what it replaces, and explain no less for its parameters.
     pub(in crate::learn) fn one_curve_for_both(&mut self, model: &Fitted) -> Option<Fitted> {
-        let names: Vec<&FittedEffect> = model.model.effects.iter().filter(|each| self.is_found_name(each)).collect();
-        names.into_iter().find_map(|own| self.one_curve_for(model, own))
+        let found: Vec<&FittedEffect> = model.model.effects.iter().filter(|each| self.is_found(each)).collect();
+        found.into_iter().find_map(|own| self.one_curve_for(model, own))
     }
 
-    /// Was it found here, by the loads?
-    fn is_found_name(&self, each: &FittedEffect) -> bool {
+    /// Was it found here, and is it no curve that the loads alone show?
+    fn is_found(&self, each: &FittedEffect) -> bool {
         let is_known = self.options.known.iter().any(|known| known.effect.name == each.effect.name);
-        !is_unnamed(each.effect) && !self.has_own_data(each.effect) && !is_known
+        (!is_unnamed(each.effect) || self.has_own_data(each.effect)) && !is_known
+    }
+
+    /// Cost of a model that is compared with `model`: n/φ · ln RSS + k ln(n/φ) for k parameters (Schwarz 1978), with φ the inflation of
+    /// the residual of `model`.
+    fn cost_beside(&self, model: &Fitted) -> impl Fn(&Fitted) -> f64 + use<> {
+        let n = self.train.used().count() as f64 / inflation(&self.train, &model.residuals(&self.train));
+        let shown: Vec<(&str, usize)> =
+            self.shown_by_idle.iter().map(|each| (each.effect.name, each.free_count())).collect();
+        // Those shown by the readings without a cut stay as these show them, and count for what was fitted to those.
+        let count = move |each: &FittedEffect| {
+            let own = shown.iter().find(|(name, _)| *name == each.effect.name);
+            own.map_or_else(|| each.free_count(), |(_, count)| *count)
+        };
+        move |fitted| {
+            let parameters: usize = fitted.model.effects.iter().map(&count).sum();
+            n * fitted.squares.max(1e-300).ln() + parameters as f64 * n.max(2.0).ln()
+        }
     }
 
     fn one_curve_for(&mut self, model: &Fitted, own: &FittedEffect) -> Option<Fitted> {
@@ -36,30 +55,43 @@ impl Diagnosis<'_> {
         }
         let goes = |each: &FittedEffect| each.effect.name == own.effect.name || is_beside(&each);
         let stays: Vec<FittedEffect> = effects.iter().filter(|each| !goes(each)).cloned().collect();
-        let replaced: usize = effects.iter().filter(|each| goes(each)).map(FittedEffect::free_count).sum();
         let without = fit(&self.train, &stays, FORM_ROUNDS)?;
-        let before = held_out_residuals(&self.train, &without.model.effects, self.split);
-        let of_both = held_out_residuals(&self.train, effects, self.split);
-        for found in self.curves_beside(&without, &before) {
-            if self.is_better(&found.fit.left, &of_both) {
-                continue;
-            }
-            let Some((trial, after)) = self.judged_curve(&without, &before, &found) else { continue };
-            if self.is_better(&after, &of_both)
-                || trial.fitted.model.effects.last().is_none_or(|curve| curve.free_count() > replaced)
-            {
-                continue;
-            }
-            let why = format!("alone it explains as much as {} with a curve beside it", own.effect.name);
-            let errors = [&stays, &trial.fitted.model.effects].map(|each| self.judgement_errors(each).rmse);
-            self.evidence.push((trial.effect.name, why, p_value(&trial), errors));
-            let why =
-                format!("a curve along {} explains as much as it does with another beside it", found.covariate.name());
-            self.rejected.retain(|each| each.name != own.effect.name);
+        let (trial, found) = self.least_of_those_that_replace(model, &without, own)?;
+        let why = format!("alone it explains as much as {} with a curve beside it", own.effect.name);
+        let errors = [&stays, &trial.fitted.model.effects].map(|each| self.judgement_errors(each).rmse);
+        self.evidence.push((trial.effect.name, why, p_value(&trial), errors));
+        self.rejected.retain(|each| each.name != own.effect.name);
+        if !is_unnamed(own.effect) {
+            let along = found.covariate.name();
+            let why = format!("a curve along {along} explains as much as it does with another beside it");
             self.rejected.push(Rejected { name: own.effect.name.into(), why });
-            return Some(trial.fitted);
         }
-        None
+        Some(trial.fitted)
+    }
+
+    /// Of the curves that may stand on `without` in the place of what `model` has more, `own` among it, the one of least cost.
+    fn least_of_those_that_replace(
+        &self,
+        model: &Fitted,
+        without: &Fitted,
+        own: &FittedEffect,
+    ) -> Option<(Trial, ResidualCurve)> {
+        let cost = self.cost_beside(model);
+        let [before, of_both] =
+            [without, model].map(|fitted| held_out_residuals(&self.train, &fitted.model.effects, self.split));
+        // Readings without a cut show an effect on the tare. Only what acts on them too can replace it.
+        let acts_on_own_data =
+            |found: &ResidualCurve| !self.has_own_data(own.effect) || found.effect.multiplies == Multiplies::Reading;
+        let replaces = |found: ResidualCurve| {
+            if !acts_on_own_data(&found) || self.is_better(&found.fit.left, &of_both) {
+                return None;
+            }
+            let (trial, after) = self.judged_curve(without, &before, &found)?;
+            let explains_no_less = !self.is_better(&after, &of_both) && cost(&trial.fitted) <= cost(model);
+            explains_no_less.then_some((trial, found))
+        };
+        let those = self.curves_beside(without, &before).into_iter().filter_map(replaces);
+        those.min_by(|(a, _), (b, _)| cost(&a.fitted).total_cmp(&cost(&b.fitted)))
     }
 }
 
@@ -69,17 +101,18 @@ mod tests {
     use crate::effects::State;
     use crate::effects::named;
     use crate::effects::unnamed::{BEYOND, KNOTS};
+    use crate::learn::dataset::samples::{Base, Class};
     use crate::learn::diagnose::diagnosis::Options;
-    use crate::learn::diagnose::made_data::{EACH, begun, made};
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
     use crate::learn::model::cross_validation::Split;
 
-    /// A curve over the depth, from 3 to 4 mm.
-    fn along_depth() -> FittedEffect {
-        let effect = named("unnamed-load-axial-depth").unwrap();
+    /// A curve with two values of its covariate.
+    fn along(name: &str, at: [f64; 2]) -> FittedEffect {
+        let effect = named(name).unwrap();
         let mut values = vec![BEYOND; KNOTS];
         values.resize(2 * KNOTS, 1.0);
         values.push(0.0);
-        (values[0], values[1]) = (3.0, 4.0);
+        (values[0], values[1]) = (at[0], at[1]);
         let free = (0..values.len()).map(|k| k == KNOTS + 1).collect();
         FittedEffect { effect, values, free }
     }
@@ -100,7 +133,7 @@ mod tests {
         let effect = named("up-down-asymmetry").unwrap();
         let values: Vec<f64> = effect.parameters.iter().map(|p| p.starts[0]).collect();
         let sides = FittedEffect { effect, free: vec![true; values.len()], values };
-        let model = fit(&data, &[sides, along_depth()], FORM_ROUNDS).unwrap();
+        let model = fit(&data, &[sides, along("unnamed-load-axial-depth", [3.0, 4.0])], FORM_ROUNDS).unwrap();
         let found = diagnosis.one_curve_for_both(&model)?;
         let [only] = &found.model.effects[..] else { panic!("one effect") };
         Some(only.effect.name.to_owned())
@@ -119,5 +152,38 @@ mod tests {
         let (up, deep) = (|block: usize| block.is_multiple_of(2), |block: usize| block % 6 < 3);
         let share = |block: usize| if up(block) { 0.1 } else { -0.1 } + if deep(block) { 0.2 } else { 0.0 };
         assert_eq!(one(up, deep, share), None);
+    }
+
+    /// The curve in the place of one of the tare over the spindle speed, shown by readings without a cut, and one of the load over the depth,
+    /// where the tare of fast cuts is a fifth larger, and the load by a fifth in fast cuts or in deep ones.
+    fn of_speed(load_is_of_speed: bool) -> Option<&'static str> {
+        let (is_fast, is_deep) = (|i: usize| (i / EACH) % 4 < 2, |i: usize| (i / EACH).is_multiple_of(3));
+        let is_harder = |i: usize| if load_is_of_speed { is_fast(i) } else { is_deep(i) };
+        let state = |i: usize| State {
+            time_s: i as f64,
+            rps: if is_fast(i) { 150.0 } else { 90.0 },
+            axial_depth_mm: if is_deep(i) { 4.0 } else { 3.0 },
+            ..State::default()
+        };
+        let mut data = made(|i| if is_harder(i) { 0.2 } else { 0.0 }, 1.0, state);
+        let bounds = crate::learn::dataset::samples::UNBOUNDED;
+        data.base.push(Base { name: "tare".into(), unit: String::new(), class: Class::Tare, prior: None, bounds });
+        data.columns.push(vec![1.0; data.len()]);
+        for i in 0..data.len() {
+            data.reading[i] += if is_fast(i) { 60.0 } else { 50.0 };
+        }
+        let split = fifths(&data);
+        let options = Options { candidates: Vec::new(), ..Options::default() };
+        let mut diagnosis = begun(&data, &split, &options, 1.0);
+        let of_tare = along("unnamed-tare-spindle-speed", [90.0, 150.0]);
+        diagnosis.shown_by_idle = vec![of_tare.clone()];
+        let model = fit(&data, &[of_tare, along("unnamed-load-axial-depth", [3.0, 4.0])], FORM_ROUNDS).unwrap();
+        Some(diagnosis.one_curve_for_both(&model)?.model.effects[0].effect.name)
+    }
+
+    #[test]
+    fn what_readings_without_a_cut_show_gives_way_to_one_cause_of_the_whole_reading_alone() {
+        assert_eq!(of_speed(true), Some("unnamed-reading-spindle-speed"));
+        assert_eq!(of_speed(false), None);
     }
 }

@@ -161,9 +161,9 @@ impl Diagnosis<'_> {
                 let again = self.curves_chosen_again(found, true);
                 (found, in_doubt) = self.contested_until_stable(again, 0, &mut confounded);
             }
-            if let Some(one) = self.one_curve_for_both(&found) {
-                (found, in_doubt) = self.contested_until_stable(one, 0, &mut confounded);
-            }
+        }
+        if let Some(one) = self.one_curve_for_both(&found) {
+            (found, in_doubt) = self.contested_until_stable(one, 0, &mut confounded);
         }
         for group in in_doubt {
             add_to(&mut confounded, group);
