@@ -6,11 +6,11 @@
 //!
 //! Each program is simulated with a few drawn stocks; coefficients and override are drawn for each load anew. Of the places of a stock
 //! those are asked whose load is within a twentieth of the largest of its kind for any of eight draws, forty at most. Half of the simulations look at
-//! the places that the certificate rests on, where no load may be above its limit; the others at places between them, which it does not
-//! enclose: what is above there is counted by itself.
+//! the places that the certificate rests on; the others at places between them, on rings a quarter as high. No load may be above its limit at either.
 //!
-//! A ring has the arc of its middle, and an edge winds through it and does not enter it as a whole. So the simulations at places between have rings a
-//! quarter as high as those of the certificate ([`PARTS`]), and for the loads each ring is cut into more of the same arc ([`WOUND`]).
+//! A station has all that is engaged anywhere on it, so stations at places between are short ([`SPACINGS_MM`]): one that reaches from a station of the
+//! certificate into the next would have more than any place of it. An edge winds through a ring and does not enter it as a whole, so each
+//! ring is cut into more of the same arc for the loads ([`WOUND`]).
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::format_collect)]
 
@@ -25,7 +25,7 @@ use common::draw::Draw;
 use common::everyday;
 use feedwright::engage::{self, EngagedArc, EngagementMap, Station};
 use feedwright::force::{Cut, Cutter};
-use feedwright::job::CLOSE_MM;
+use feedwright::job::{CLOSE_MM, RING_PARTS};
 use feedwright::machine::material::{ForceModel, Process};
 use feedwright::machine::{Job, LimitKind, Material, Profile, Segment, Slice};
 use rayon::prelude::*;
@@ -34,17 +34,14 @@ use std::fs;
 
 /// Draws of the ordinary run.
 const ORDINARY: usize = 20_000;
-/// Spacings of the simulations by turns, mm: that of the certificate, and two whose places lie between.
-const SPACINGS_MM: [f64; 4] = [CLOSE_MM, 0.11, CLOSE_MM, 0.37];
+/// Spacings of the simulations by turns, mm: that of the certificate, and two between.
+const SPACINGS_MM: [f64; 4] = [CLOSE_MM, 0.05, CLOSE_MM, 0.03];
 /// Parts into which the simulations cut each ring, each with arcs of its own: those of the certificate, and finer ones between its places.
-const PARTS: [u32; 2] = [1, 4];
+const PARTS: [u32; 2] = [RING_PARTS, 4 * RING_PARTS];
 /// Rings into which one of those is cut for the loads, by the same arcs.
-const WOUND: [usize; 2] = [16, 4];
+const WOUND: [usize; 2] = [4, 2];
 /// Places of a simulation that are asked, at most.
 const MOST: usize = 40;
-/// What loads at places between, on rings a quarter as high, may reach of their limits: 1.027 on the saddle, 1.008 elsewhere, where a ball with 16
-/// rings on its quarter meets a thin wall: a ring has the arc of its middle.
-const BETWEEN: f64 = 1.03;
 /// Quantiles of χ² at 95 % for 1 and 3 directions, from tables.
 const CHI_SQUARED: [f64; 2] = [3.841, 7.815];
 
@@ -359,8 +356,7 @@ fn no_draw_exceeds_a_limit_that_was_proven() {
         slower[slower.len() / 2],
         slower[slower.len() - 1]
     );
-    assert_eq!(above[0], 0);
-    assert!(largest[1] <= BETWEEN, "{}", largest[1]);
+    assert_eq!(above, [0; 2]);
     for row in &rows {
         assert!(row.largest[0].0 > 0.7, "{}: no draw came near a limit", row.name);
     }

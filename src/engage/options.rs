@@ -16,7 +16,7 @@ pub struct Options<'a> {
     pub cell_mm: Option<f64>,
     /// Most memory the height field may take, bytes; `None`: as much as it needs.
     pub max_memory_bytes: Option<u64>,
-    /// Rings of a cutter are cut into so many, each with arcs of its own: 1, or more to see what the usual ones lose.
+    /// Rings of a cutter, but for those of a cylindrical side, are cut into so many, each with arcs of its own.
     pub ring_parts: u32,
     /// Reads STL and saved stock.
     pub loader: Option<Loader<'a>>,

@@ -20,6 +20,7 @@
 
 mod block_delete;
 mod certificate;
+mod certificate_arcs;
 mod certificate_text;
 mod check;
 mod comments;
@@ -46,7 +47,7 @@ mod worn;
 mod written_engagement;
 
 #[cfg(feature = "rooms")]
-pub use certificate::CLOSE_MM;
+pub use certificate::{CLOSE_MM, RING_PARTS};
 pub use comments::sections;
 pub use remarks::{events, tool_assumption, unknown_tools};
 pub use task::{JobError, Keep, SPACING_MM, Task, Watch};

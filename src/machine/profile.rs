@@ -193,7 +193,8 @@ impl Profile {
         self.slices_by(|_| step_mm)
     }
     /// The rings engagement is worked out for: 16 on a quarter circle (between 0.05 and 0.5 mm each), R/6 (0.1 to 0.5 mm)
-    /// on a cylindrical side, R/8 (0.05 to 1 mm) on a flat bottom, 24 on a cone; each in `parts` of its own.
+    /// on a cylindrical side, R/8 (0.05 to 1 mm) on a flat bottom, 24 on a cone; each in `parts` of its own, but on a cylindrical side, where the
+    /// engagement of a ring does not change with its radius.
     pub fn rings(&self, parts: u32) -> Vec<Slice> {
         let r = self.max_radius();
         let step_mm = |segment: &Segment| match segment {
@@ -202,7 +203,8 @@ impl Profile {
             Segment::Line { from, to } if from[1] == to[1] => (r / 8.0).clamp(0.05, 1.0),
             Segment::Line { .. } => (segment.length() / 24.0).clamp(0.05, 0.5),
         };
-        self.slices_by(|segment| step_mm(segment) / f64::from(parts))
+        let is_side = |segment: &Segment| matches!(segment, Segment::Line { from, to } if from[0] == to[0]);
+        self.slices_by(|segment| step_mm(segment) / if is_side(segment) { 1.0 } else { f64::from(parts) })
     }
     fn slices_by(&self, step_mm: impl Fn(&Segment) -> f64) -> Vec<Slice> {
         let mut slices = Vec::new();
