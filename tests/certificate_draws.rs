@@ -9,8 +9,8 @@
 //! the places that the certificate rests on; the others at places between them, on rings a quarter as high. No load may be above its limit at either.
 //!
 //! A station has all that is engaged anywhere on it, so stations at places between are short ([`SPACINGS_MM`]): one that reaches from a station of the
-//! certificate into the next would have more than any place of it. An edge winds through a ring and does not enter it as a whole, so each
-//! ring is cut into more of the same arc for the loads ([`WOUND`]).
+//! certificate into the next would have more than any place of it. An edge winds through a ring and does not enter it as a whole, so for the loads
+//! each ring is cut into more of the same arc ([`WOUND`]), but on a cylindrical side, where the force model winds it.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::format_collect)]
 
@@ -39,7 +39,7 @@ const SPACINGS_MM: [f64; 4] = [CLOSE_MM, 0.05, CLOSE_MM, 0.03];
 /// Parts into which the simulations cut each ring, each with arcs of its own: those of the certificate, and finer ones between its places.
 const PARTS: [u32; 2] = [RING_PARTS, 4 * RING_PARTS];
 /// Rings into which one of those is cut for the loads, by the same arcs.
-const WOUND: [usize; 2] = [4, 2];
+const WOUND: [usize; 2] = [16, 4];
 /// Places of a simulation that are asked, at most.
 const MOST: usize = 40;
 /// Quantiles of χ² at 95 % for 1 and 3 directions, from tables.
@@ -158,8 +158,10 @@ struct Cutting<'a> {
     slices: Vec<(u32, Vec<Slice>)>,
 }
 
-/// A ring cut into so many of the same length, from below.
+/// A ring cut into so many of the same length, from below. One of a cylindrical side is whole, and one of a flat bottom, along which an edge has
+/// one height.
 fn parts(profile: &Profile, ring: &Slice, wound: usize) -> impl Iterator<Item = Slice> {
+    let wound = if ring.normal_z == 0.0 || ring.normal_r == 0.0 { 1 } else { wound };
     let outline = &profile.segments[usize::from(ring.segment)];
     let middle = match outline {
         Segment::Line { from, to } => {

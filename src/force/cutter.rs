@@ -3,7 +3,9 @@
 //! ([`super::sweep`]), means from closed integrals over the engaged arcs ([`super::means`]), or either from samples
 //! ([`super::scan`]) where the model is not linear.
 
+use super::affine::Spans;
 use super::beam::Beam;
+use super::beside::{several_cut, shared};
 use super::error::ForceError;
 use super::helix;
 use super::kinds::{Kind, before, kind_of, radii};
@@ -30,6 +32,8 @@ use std::f64::consts::{PI, TAU};
 pub struct Cut<'a> {
     /// Engaged arcs, sorted by slice.
     pub arcs: &'a [EngagedArc],
+    /// Those of the stations before and after on the same path, where there are any: what all of them share counts as engaged too.
+    pub beside: [&'a [EngagedArc]; 2],
     /// Vertical part of the unit feed direction (−1: straight down).
     pub tangent_z: f64,
     /// The state on which effects depend: time, sliding distance, position … Cutting speed, chip thickness, depths and the share of
@@ -120,10 +124,7 @@ impl Cutter {
             removal_area_mm2: mean.removal_mm2,
             contact_mm2_per_rev: mean.contact_mm2 * self.rings.flutes(),
             engine: match &self.kind {
-                Kind::Exact if helix::is_spread(&self.rings, &pieces) => {
-                    Engine::Spans(helix::turn(&self.rings, &pieces, direction, &mean))
-                }
-                Kind::Exact => Engine::Spans(sweep(&self.rings, &pieces, direction, &mean)),
+                Kind::Exact => Engine::Spans(self.spans(&pieces, cut.beside, direction, &mean)),
                 Kind::Sampled { law, bends } => {
                     let bends = bends.then_some(station.compliance[0]);
                     Engine::Scan(Box::new(self.scan(&pieces, direction, &mean, law, bends)))
@@ -137,6 +138,27 @@ impl Cutter {
             },
             station,
         }
+    }
+
+    /// Forces over a revolution of the linear model: of all that cuts, and of what the stations beside it share.
+    fn spans(&self, pieces: &[Piece], beside: [&[EngagedArc]; 2], direction: [f64; 2], mean: &Means) -> Spans {
+        let of = |pieces: &[Piece]| {
+            if helix::is_spread(&self.rings, pieces) {
+                return helix::turn(&self.rings, pieces, direction, mean);
+            }
+            sweep(&self.rings, pieces, direction, mean)
+        };
+        let mut spans = of(pieces);
+        if beside.iter().all(|arcs| arcs.is_empty()) || !several_cut(&self.rings, pieces) {
+            return spans;
+        }
+        for arcs in beside {
+            let Some(shared) = shared(pieces, &self.pieces(arcs, direction)) else { continue };
+            let more = of(&shared);
+            spans.list.extend(more.list);
+            spans.points.extend(more.points);
+        }
+        spans
     }
 
     /// The wall that the teeth leave at a feed, by height; empty where no edge leaves one.

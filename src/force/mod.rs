@@ -9,7 +9,7 @@
 //! | the tool at one speed, a station's loads and caps | [`cutter`], [`line`], [`loads`], `cap` |
 //! | force models and their coefficients | [`models`], `laws`, `coefficients`, `kinds`, [`check`], `error` |
 //! | the cutter as rings, the arcs of a ring that cut | `rings`, [`fine_rings`], `zone` |
-//! | forces over a revolution: linear model, in closed form | `affine`, `sweep`, `helix`, `means` |
+//! | forces over a revolution: linear model, in closed form | `affine`, `sweep`, `helix`, `means`, `beside` |
 //! | the same for other laws, runout, deflection: sampled | `scan`, [`runout_forces`] |
 //! | models of the resultant alone | `summary` |
 //! | deflection, stress, the machined wall | [`beam`], [`surface`] |
@@ -18,6 +18,7 @@
 
 mod affine;
 pub mod beam;
+mod beside;
 mod cap;
 pub mod check;
 pub mod closed;

@@ -86,6 +86,17 @@ pub(super) fn clip(zone: Zone, slice: usize, entry: f64, exit: f64, out: &mut Ve
     }
 }
 
+/// The part of a piece within a stretch of angles.
+pub(super) fn clip_to(piece: &Piece, [from, to]: [f64; 2]) -> Option<Piece> {
+    let [entry, exit] = [piece.angle[0].max(from), piece.angle[1].min(to)];
+    if [entry, exit] == piece.angle {
+        return Some(*piece);
+    }
+    let mut part = Vec::with_capacity(1);
+    push(piece.slice, entry, exit, &mut part);
+    part.pop()
+}
+
 fn push(slice: usize, entry: f64, exit: f64, out: &mut Vec<Piece>) {
     if exit - entry <= 1e-9 {
         return;

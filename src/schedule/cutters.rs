@@ -3,17 +3,20 @@
 
 use super::history::History;
 use super::problem::FeedPiece;
-use crate::engage::{EngagementMap, Station};
+use crate::engage::{EngagedArc, EngagementMap, Station};
 use crate::force::{Cut, Cutter};
 use crate::ids::MoveId;
 use crate::machine::Job;
-use crate::nc::{Move, Toolpath};
+use crate::nc::{Move, MoveKind, Toolpath};
 use std::collections::HashMap;
 
 /// Longest stretch of air that counts as the edge of the cut beside it, mm.
 pub(super) const SLIVER_MM: f64 = 0.05;
 /// Radial depth below which a cut is one of rounding, mm: two increments of the usual third decimal.
 const SKIM_MM: f64 = 0.002;
+
+/// Cosine of the largest bend, 1°, across which immersion angles of two stations can be compared: of the ends of blocks, rounding turns less.
+const STRAIGHT: f64 = 0.99985;
 
 /// Is the layer that is cut here no thicker than the rounding of the program's coordinates? Whether it is cut at all is then chance.
 pub(super) fn skims(station: &Station) -> bool {
@@ -24,6 +27,8 @@ pub(super) fn skims(station: &Station) -> bool {
 pub struct Cutters {
     list: Vec<Option<Cutter>>,
     of_move: Vec<u32>,
+    /// Does a move go on straight from the one before, with the same tool at the same speed?
+    goes_on: Vec<bool>,
     history: History,
 }
 
@@ -47,7 +52,8 @@ impl Cutters {
             }));
         }
         let list = keys.into_iter().map(|(tool, rps)| cutter(tool, rps, map, job)).collect();
-        Self { list, of_move, history: history.clone() }
+        let goes_on = std::iter::once(false).chain(toolpath.moves.windows(2).map(|pair| goes_on(&pair[0], &pair[1])));
+        Self { list, of_move, goes_on: goes_on.collect(), history: history.clone() }
     }
     /// Cutter of a move; `None` when its tool, material or spindle speed does not allow one.
     pub fn of(&self, id: MoveId) -> Option<&Cutter> {
@@ -56,8 +62,31 @@ impl Cutters {
     /// The cut at a station: its engaged arcs, and what the tool has cut before.
     pub fn cut<'a>(&self, map: &'a EngagementMap, motion: &Move, station: &Station) -> Cut<'a> {
         let tangent_z = motion.curve().tangent(0.5 * (station.from_mm + station.to_mm)).z;
-        Cut { arcs: map.arcs_of(station), tangent_z, state: self.history.state(map, motion, station) }
+        let (arcs, beside) = (map.arcs_of(station), self.beside(map, station));
+        Cut { arcs, beside, tangent_z, state: self.history.state(map, motion, station) }
     }
+
+    /// The arcs of the stations before and after on the same path; none where there is no such station.
+    fn beside<'a>(&self, map: &'a EngagementMap, station: &Station) -> [&'a [EngagedArc]; 2] {
+        let id = station.move_id.ix();
+        let place = map.stations_of(station.move_id).partition_point(|of| of.from_mm < station.from_mm);
+        let index = map.of_move[id].start as usize + place;
+        let on_path = |other: &&Station| {
+            let other = other.move_id.ix();
+            let joint = |later: usize| self.goes_on.get(later).is_some_and(|goes_on| *goes_on);
+            other == id || (other + 1 == id && joint(id)) || (other == id + 1 && joint(other))
+        };
+        [index.checked_sub(1), Some(index + 1)].map(|other| {
+            let other = other.and_then(|other| map.stations.get(other)).filter(on_path);
+            other.map_or(&[][..], |other| map.arcs_of(other))
+        })
+    }
+}
+
+fn goes_on(a: &Move, b: &Move) -> bool {
+    let fed = a.kind == MoveKind::Feed && b.kind == MoveKind::Feed;
+    let bends = || a.curve().tangent(a.curve().length()).dot(&b.curve().tangent(0.0)) < STRAIGHT;
+    fed && a.tool == b.tool && a.spin.rps == b.spin.rps && a.wcs == b.wcs && !bends()
 }
 
 fn cutter(number: u32, rps: f64, map: &EngagementMap, job: &Job) -> Option<Cutter> {
