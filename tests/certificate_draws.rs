@@ -29,7 +29,7 @@ use feedwright::job::{CLOSE_MM, RING_PARTS};
 use feedwright::machine::material::{ForceModel, Process};
 use feedwright::machine::{Job, LimitKind, Material, Profile, Segment, Slice};
 use rayon::prelude::*;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fs;
 
 /// Draws of the ordinary run.
@@ -225,12 +225,13 @@ impl<'a> Cutting<'a> {
         let chosen: Vec<usize> =
             asked.into_iter().map(|(_, station)| station).filter(|k| known.insert(*k)).take(MOST).collect();
         own.slices.iter_mut().for_each(|(_, slices)| slices.clear());
-        own.asked = chosen.into_iter().map(|k| (k, own.wound(k, WOUND[number % 2]))).collect();
+        let mut entered = HashMap::new();
+        own.asked = chosen.into_iter().map(|k| (k, own.wound(k, WOUND[number % 2], &mut entered))).collect();
         own
     }
 
-    /// The arcs of a station on rings cut into so many, which are entered among the slices.
-    fn wound(&mut self, k: usize, wound: usize) -> Vec<EngagedArc> {
+    /// The arcs of a station on rings cut into so many, which are entered among the slices: by tool and ring, where its first part is.
+    fn wound(&mut self, k: usize, wound: usize, entered: &mut HashMap<(u32, u32), usize>) -> Vec<EngagedArc> {
         let station = &self.map.stations[k];
         let number = self.written.toolpath.moves[station.move_id.ix()].tool;
         let profile = &self.written.job.tool(number).unwrap().profile;
@@ -238,10 +239,12 @@ impl<'a> Cutting<'a> {
         let slices = &mut self.slices.iter_mut().find(|(of, _)| *of == number).unwrap().1;
         let mut arcs = Vec::new();
         for arc in self.map.arcs_of(station) {
-            for part in parts(profile, &known[arc.slice as usize], wound) {
-                arcs.push(EngagedArc { slice: slices.len() as u32, ..*arc });
-                slices.push(part);
+            let parts: Vec<Slice> = parts(profile, &known[arc.slice as usize], wound).collect();
+            let first = *entered.entry((number, arc.slice)).or_insert(slices.len());
+            if first == slices.len() {
+                slices.extend(&parts);
             }
+            arcs.extend((first..first + parts.len()).map(|slice| EngagedArc { slice: slice as u32, ..*arc }));
         }
         arcs
     }
