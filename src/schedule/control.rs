@@ -56,6 +56,8 @@ pub struct Control {
     /// A primitive of a feed move that takes less than this time, s, goes straight from its first to its last speed and gets no faster in
     /// between.
     pub ramp_s: f64,
+    /// In the servo period in which a primitive begins, does the control not look beyond its end? See [`super::first_period`].
+    pub looks_late: bool,
     /// No real control but an upper bound for all of them: the feed may change anywhere, without a block.
     pub feed_changes_anywhere: bool,
 }
@@ -76,6 +78,7 @@ impl Control {
             kink_slows: linuxcnc,
             slow_before_stop: linuxcnc,
             ramp_s,
+            looks_late: linuxcnc,
             feed_changes_anywhere: false,
         }
     }
@@ -459,16 +462,11 @@ fn look_ahead(plan: &mut Plan, control: &Control) {
     }
 }
 
-/// Time of each leg of a plan, s; `b` is the square of the speed at its points. A short leg that does not end at rest is a plain ramp from its
-/// first speed to its last, while in a longer one the speed rises and falls again (`tpActivateSegment` in LinuxCNC's `tp.c`).
-pub fn leg_times(plan: &Plan, b: &[f64], control: &Control, is_rapid: impl Fn(MoveId) -> bool) -> Vec<f64> {
-    let time = |(i, leg): (usize, &Leg)| {
-        let [from, to] = [b[i], b[i + 1]].map(f64::sqrt);
-        let ramp_s = 2.0 * leg.ds_mm / (from + to);
-        let short = ramp_s < control.ramp_s && plan.chain.point_b[i + 1] > 0.0 && !is_rapid(plan.moves[i]);
-        if short { ramp_s } else { leg_time_s(leg, b[i], b[i + 1]) }
-    };
-    plan.chain.legs.iter().enumerate().map(time).collect()
+/// Time of a leg of a plan between two values of b, s. A short leg that does not end at rest is a plain ramp from its first speed to its last, while
+/// in a longer one the speed rises and falls again (`tpActivateSegment` in LinuxCNC's `tp.c`).
+pub(super) fn time_of_leg(leg: &Leg, [from, to]: [f64; 2], ramps: bool, control: &Control) -> f64 {
+    let ramp_s = 2.0 * leg.ds_mm / (from.sqrt() + to.sqrt());
+    if ramps && ramp_s < control.ramp_s { ramp_s } else { leg_time_s(leg, from, to) }
 }
 
 /// Rounds the time between two stops up to whole servo periods: a motion ends within a period, and the next one begins with a new period.

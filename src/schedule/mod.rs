@@ -7,7 +7,7 @@
 //! | from limits to caps and floors | [`problem`](mod@problem), [`caps`], [`cutters`], [`known_loads`], [`history`], [`confidence`], [`not_raised`], [`ramps`], [`force_rate`], [`budget`], [`wear`] |
 //! | the continuous optimum | [`track`], [`corner`], [`exact_pass`], [`optimum`], [`interior_point`], [`five_diagonals`], [`convex`], [`cone`], [`check`] |
 //! | F words | [`solve`](mod@solve), [`feed_segments`], [`f_words`], [`prices`], [`holders`](mod@holders) |
-//! | the model of the control | [`control`], [`realise`](mod@realise), [`cycle_time`] |
+//! | the model of the control | [`control`], `first_period`, [`realise`](mod@realise), [`cycle_time`] |
 //! | further answers for the report | [`feed_marks`], [`stress`] |
 
 pub mod budget;
@@ -24,6 +24,7 @@ pub mod exact_pass;
 pub mod f_words;
 pub mod feed_marks;
 pub mod feed_segments;
+mod first_period;
 pub mod five_diagonals;
 pub mod force_rate;
 pub mod history;

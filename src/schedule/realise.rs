@@ -4,8 +4,9 @@
 //! path tolerance in force there), stops at exact stops, dwells, tool changes and changes of spindle speed, and takes at least its
 //! block time for each block.
 
-use super::control::{Control, in_whole_periods, leg_times, plan, seconds_of_moves};
+use super::control::{Control, in_whole_periods, plan, seconds_of_moves};
 use super::exact_pass::exact_pass;
+use super::first_period::leg_times;
 use super::problem::{FeedPiece, Realised};
 use crate::ids::MoveId;
 use crate::machine::Machine;
@@ -30,7 +31,7 @@ pub fn realise_by(
     let plan = plan(toolpath, machine, control, pieces_of);
     let b = exact_pass(&plan.chain);
     let is_rapid = |id: MoveId| toolpath.moves[id.ix()].kind == MoveKind::Rapid;
-    let leg_s = in_whole_periods(&plan, leg_times(&plan, &b, control, is_rapid));
+    let leg_s = in_whole_periods(&plan, leg_times(&plan, b, control, is_rapid));
     let move_s = seconds_of_moves(&plan, leg_s.into_iter(), toolpath.moves.len());
     let by_cause = causes(toolpath, machine, &move_s);
     Realised { total_s: by_cause.iter().map(|(_, seconds)| seconds).sum(), move_s, by_cause }
