@@ -36,29 +36,16 @@ pub fn best_trial(
         let (score, gain) = score_of(data, present, &fitted, each.free_count());
         Some(Trial { effect, fitted, gain, score: score - charge_of_choice(each) })
     };
-    let tried: Vec<(&FittedEffect, Trial)> =
-        begin.par_iter().filter_map(|each| Some((each, trial(each, 5)?))).collect();
-    let by_score = |a: &Trial, b: &Trial| a.score.total_cmp(&b.score);
-    // Of each form the best start is fitted to convergence: a form of more parameters may need more iterations to show what it gains.
-    let of_form = |form: &Vec<bool>| {
-        let own = tried.iter().filter(|(each, _)| each.free == *form).map(|(_, trial)| trial);
-        own.max_by(|a, b| by_score(a, b))
-    };
-    let mut forms: Vec<&Vec<bool>> = tried.iter().map(|(each, _)| &each.free).collect();
-    forms.sort();
-    forms.dedup();
-    // A negative score after five iterations is not worth it.
-    let converged = |form: &&Vec<bool>| {
-        let best = of_form(form)?;
-        if best.score < 0.0 { Some(best.clone()) } else { trial(best.fitted.model.effects.last()?, 25) }
-    };
-    let best = forms.par_iter().filter_map(converged).max_by(by_score);
-    let polished = best.and_then(|best| {
-        let found = best.fitted.model.effects.last()?;
-        match refined_instant(data, found, |each| Some(fit(data, &with(each), 3)?.squares)) {
-            Some(refined) if best.score >= 0.0 => trial(&refined, 25),
-            _ => Some(best),
+    let tried: Vec<Trial> = begin.par_iter().filter_map(|each| trial(each, 5)).collect();
+    let best = tried.into_iter().max_by(|a, b| a.score.total_cmp(&b.score));
+    // A negative score after five iterations is not worth fitting to convergence.
+    let polished = best.and_then(|b| {
+        if b.score < 0.0 {
+            return Some(b);
         }
+        let found = b.fitted.model.effects.last()?;
+        let refined = refined_instant(data, found, |each| Some(fit(data, &with(each), 3)?.squares));
+        trial(refined.as_ref().unwrap_or(found), 25)
     });
     (begin.len(), polished)
 }
