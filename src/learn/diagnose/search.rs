@@ -7,8 +7,8 @@
 //!    with φ the inflation of the residual it leaves (neighbouring samples with a common error count as one); its score
 //!    is G − k ln(n/φ) for k parameters (Bayesian information criterion, Schwarz 1978).
 //! 3. Of those that pass every test of [`super::evidence`] (score, physical parameters, held-out error, no better curve
-//!    along a covariate that it does not depend on, no harm to kinds of cuts it was not fitted on) that of least held-out
-//!    error is added.
+//!    along a covariate that it does not depend on, no harm to kinds of cuts it was not fitted on) that of highest score is
+//!    added whose held-out error is not clearly above the least.
 //! 4. If no single one passes, pairs are tried: each may mask the other in the fit ([`super::pairs`]).
 //! 5. Each effect must still earn its score beside those added later ([`super::pruning`]). Then each named effect is compared with
 //!    everything that can replace it ([`super::contest`]): a clearly better rival replaces it and the search continues;
@@ -297,20 +297,22 @@ impl Diagnosis<'_> {
         fitted
     }
 
-    /// Index of the trial of least held-out error among those that pass every test, and its held-out residuals. Their scores are no
-    /// measure for this: each has the inflation of its own residual in it.
+    /// Index of the best trial that passes every test, and its held-out residuals: of these trials, highest score first, the
+    /// first that leaves no clearly larger held-out error than the least (the rule of one standard error, Breiman et al. 1984).
+    /// Scores alone are no measure for this, as each has the inflation of its own residual in it.
     fn best_accepted(&mut self, present: &Present, trials: &[Trial]) -> Option<(usize, Vec<f64>)> {
-        let mut best: Option<(usize, Vec<f64>)> = None;
+        let mut passed: Vec<(usize, Vec<f64>)> = Vec::new();
         for (k, trial) in trials.iter().enumerate() {
             match self.accepted(present, trial) {
-                Ok(after) if best.as_ref().is_none_or(|(_, least)| self.drop_of(least, &after) > 0.0) => {
-                    best = Some((k, after));
-                }
-                Ok(_) => {}
+                Ok(after) => passed.push((k, after)),
                 Err(why) => self.reject(trial, why),
             }
         }
-        let (k, after) = best?;
+        let drop = |left: &[f64]| self.drop_of(&present.left, left);
+        let (least, _) = passed.iter().enumerate().max_by(|(_, a), (_, b)| drop(&a.1).total_cmp(&drop(&b.1)))?;
+        let as_good = |(_, left): &(usize, Vec<f64>)| !self.is_better(left, &passed[least].1);
+        let best = passed.iter().position(as_good)?;
+        let (k, after) = passed.swap_remove(best);
         let trial = &trials[k];
         let text = format!(
             "lowers the error on left-out blocks by {:.1} % (t = {:.1}), score {:.1}",
@@ -347,6 +349,7 @@ mod tests {
     use crate::effects::unnamed::{BEYOND, KNOTS};
     use crate::effects::{State, named};
     use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
+    use crate::learn::diagnose::trial::best_trial;
     use crate::path::Vec3;
 
     /// A curve that steps at 0.
@@ -389,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn of_trials_that_pass_the_one_of_least_held_out_error_is_added_whatever_its_score() {
+    fn of_trials_that_pass_and_leave_nearly_the_same_error_the_one_of_highest_score_is_added() {
         // Up and climb milling differ as fast and slow cuts do, and in one block by more.
         let turn = |i: usize, every: usize| if ((i / EACH) / every).is_multiple_of(2) { 1.0 } else { -1.0 };
         let state = |i: usize| State {
@@ -404,20 +407,24 @@ mod tests {
         let data = made(|i| (0.1 + one(i)) * turn(i, 1) + 0.1 * turn(i, 2), 1.0, state);
         let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
         let mut diagnosis = begun(&data, &split, &options, 1.0);
-        let present = fit(&data, &[], FORM_ROUNDS).unwrap();
+        let plain = fit(&data, &[], FORM_ROUNDS).unwrap();
         let with_score = |name: &str, score: f64| {
-            let effect = named(name).unwrap();
-            let mut trial = crate::learn::diagnose::trial::best_trial(&data, &present, &[], effect).1.unwrap();
-            trial.score = score;
-            trial
+            let trial = best_trial(&data, &plain, &[], named(name).unwrap()).1.unwrap();
+            Trial { score, ..trial }
         };
-        let present = diagnosis.present(&present);
+        let present = diagnosis.present(&plain);
         for scores in [[200.0, 100.0], [100.0, 200.0]] {
-            let trials = [with_score("cutting-speed", scores[0]), with_score("up-down-asymmetry", scores[1])];
+            let mut trials = vec![with_score("cutting-speed", scores[0]), with_score("up-down-asymmetry", scores[1])];
+            trials.sort_by(|a, b| b.score.total_cmp(&a.score));
             for trial in &trials {
                 assert_eq!(diagnosis.accepted(&present, trial).err(), None);
             }
-            assert_eq!(diagnosis.best_accepted(&present, &trials).unwrap().0, 1);
+            assert_eq!(diagnosis.best_accepted(&present, &trials).unwrap().0, 0);
         }
+        // One that does not pass is not added, whatever its score.
+        let mut useless = with_score("cutting-speed", 300.0);
+        useless.fitted = plain.clone();
+        let trials = [useless, with_score("up-down-asymmetry", 100.0)];
+        assert_eq!(diagnosis.best_accepted(&present, &trials).unwrap().0, 1);
     }
 }
