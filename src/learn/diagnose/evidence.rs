@@ -18,7 +18,8 @@ use crate::learn::diagnose::candidates::why_not;
 use crate::learn::diagnose::criteria::{Criteria, is_taken_away};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::trial::{Trial, best_trial, unphysical};
-use crate::learn::diagnose::unnamed::{ResidualCurve, only_grows, rank};
+use crate::learn::diagnose::unnamed::ResidualCurve;
+use crate::learn::diagnose::which_curve::{only_grows, rank};
 use crate::learn::model::cross_validation::{
     held_out_residuals, improvement_by_block, improvement_by_case, t_statistic,
 };

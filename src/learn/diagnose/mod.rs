@@ -34,6 +34,7 @@ pub mod trial;
 mod trial_cache;
 mod undetermined_terms;
 pub mod unnamed;
+mod which_curve;
 mod worst_stretch;
 
 pub use diagnosis::Options;
