@@ -73,7 +73,9 @@ fn told(seed: u64, lines: bool) -> (Part, Told) {
     }
     for (k, reading) in readings.iter().enumerate() {
         let late = if k > held { HELD_S } else { 0.0 };
-        row(BEFORE_S + times[k] + late, Some(reading.moment), line(k), reading.value);
+        // The reading in which the hold begins is as much a part of it as of the cut before.
+        let moment = (k != held).then_some(reading.moment);
+        row(BEFORE_S + times[k] + late, moment, line(k), reading.value);
         if k == held {
             for j in 1..(HELD_S * RATE_HZ) as usize {
                 row(BEFORE_S + times[k] + j as f64 / RATE_HZ, None, line(k), reading.value);
