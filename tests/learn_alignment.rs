@@ -73,8 +73,8 @@ fn told(seed: u64, lines: bool) -> (Part, Told) {
     }
     for (k, reading) in readings.iter().enumerate() {
         let late = if k > held { HELD_S } else { 0.0 };
-        // The reading in which the hold begins is as much a part of it as of the cut before.
-        let moment = (k != held).then_some(reading.moment);
+        // Where nothing is cut, the load alone tells of no place: a hold may begin there as well as later.
+        let moment = (lines || reading.cutting > 0.0).then_some(reading.moment);
         row(BEFORE_S + times[k] + late, moment, line(k), reading.value);
         if k == held {
             for j in 1..(HELD_S * RATE_HZ) as usize {
