@@ -1,9 +1,10 @@
-//! One cause in the place of two. In: the diagnosis and a model in which curves without a name stand beside named effects. Out: the model with
-//! one curve instead of a name and the curves, where it explains as much.
+//! One cause in the place of two. In: the diagnosis and a model in which curves without a name stand beside other effects: named ones, or a curve of
+//! the tare that readings without a cut show. Out: the model with one curve in the place of such an effect and the curves, where it explains as much.
 //!
 //! A rival of a name is fitted beside the curves, and a rival of a curve beside the names. If each takes half of what a third cause does, as a
 //! stock that stands proud and a curve over the immersion may do of a pump that stops for a minute, none of the two is ever without the other,
-//! and the third never has a place. So it is tried in the place of both.
+//! and the third never has a place. So it is tried in the place of both. A gearbox range that raises the whole reading is likewise told as a tare
+//! and some curve of the load.
 
 use crate::effects::Multiplies;
 use crate::learn::diagnose::diagnosis::Diagnosis;
