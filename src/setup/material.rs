@@ -108,7 +108,8 @@ fn needed(reader: &mut Reader, key: &str, table: &MaterialTable, name: &str, dim
     if let Some(written) = table.0.get(name) {
         return reader.value(&full, written, dimension, Sense::NotNegative);
     }
-    reader.missing(&full, "take it from a calibration (`feedwright calibrate`) or a material of the library");
+    let remedy = "name a material of `feedwright library materials` (`material = \"…\"` in [stock]) or take it from a calibration";
+    reader.missing(&full, remedy);
     1.0
 }
 
