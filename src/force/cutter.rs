@@ -5,7 +5,7 @@
 
 use super::affine::Spans;
 use super::beam::Beam;
-use super::beside::{several_cut, shared};
+use super::beside::{beyond, on_the_way, several_cut};
 use super::error::ForceError;
 use super::helix;
 use super::kinds::{Kind, before, kind_of, radii};
@@ -140,7 +140,7 @@ impl Cutter {
         }
     }
 
-    /// Forces over a revolution of the linear model: of all that cuts, and of what the stations beside it share.
+    /// Forces over a revolution of the linear model: of all that cuts, and of what cuts on the way to the stations beside it.
     fn spans(&self, pieces: &[Piece], beside: [&[EngagedArc]; 2], direction: [f64; 2], mean: &Means) -> Spans {
         let of = |pieces: &[Piece]| {
             if helix::is_spread(&self.rings, pieces) {
@@ -152,9 +152,13 @@ impl Cutter {
         if beside.iter().all(|arcs| arcs.is_empty()) || !several_cut(&self.rings, pieces) {
             return spans;
         }
-        for arcs in beside {
-            let Some(shared) = shared(pieces, &self.pieces(arcs, direction)) else { continue };
-            let more = of(&shared);
+        let [before, after] = beside.map(|arcs| self.pieces(arcs, direction));
+        let ways = [(&before, &after), (&after, &before)].map(|(near, far)| match near.is_empty() {
+            true => on_the_way(pieces, &beyond(pieces, far)),
+            false => on_the_way(pieces, near),
+        });
+        for step in ways.into_iter().flatten() {
+            let more = of(&step);
             spans.list.extend(more.list);
             spans.points.extend(more.points);
         }
