@@ -30,7 +30,7 @@ pub(super) fn several_cut(rings: &Rings, pieces: &[Piece]) -> bool {
 /// The largest force may lie between: two teeth in arcs of 0–22° and 133–180° bear most where these have shrunk to 120° apart, and one has just
 /// left as the other enters.
 pub(super) fn on_the_way(own: &[Piece], beside: &[Piece]) -> Vec<Vec<Piece>> {
-    let mut steps = vec![Vec::with_capacity(own.len()); STEPS];
+    let mut steps = vec![Vec::new(); STEPS];
     let (mut from, mut less) = (0, false);
     for piece in own {
         from += beside[from..].partition_point(|other| other.slice < piece.slice);

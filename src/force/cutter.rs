@@ -153,9 +153,9 @@ impl Cutter {
             return spans;
         }
         let [before, after] = beside.map(|arcs| self.pieces(arcs, direction));
-        let ways = [(&before, &after), (&after, &before)].map(|(near, far)| match near.is_empty() {
-            true => on_the_way(pieces, &beyond(pieces, far)),
-            false => on_the_way(pieces, near),
+        let ways = [(&before, &after), (&after, &before)].map(|(near, far)| {
+            let end = if near.is_empty() { &beyond(pieces, far) } else { near };
+            on_the_way(pieces, end)
         });
         for step in ways.into_iter().flatten() {
             let more = of(&step);
