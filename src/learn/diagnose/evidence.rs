@@ -33,7 +33,7 @@ fn knows(model: &Fitted, covariate: Covariate, part: Multiplies) -> bool {
 }
 
 /// Is it where the tool is?
-fn is_place(covariate: Covariate) -> bool {
+pub(in crate::learn) fn is_place(covariate: Covariate) -> bool {
     matches!(covariate, Covariate::X | Covariate::Y | Covariate::Z)
 }
 

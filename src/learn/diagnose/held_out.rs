@@ -5,7 +5,9 @@ use crate::effects::{Covariate, State};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::diagnosis::Diagnosis;
+use crate::learn::diagnose::evidence::is_place;
 use crate::learn::diagnose::trial::{Trial, best_trial};
+use crate::learn::diagnose::which_curve::only_grows;
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
 use crate::learn::model::design::{FittedEffect, carried_over};
 use crate::learn::model::fit::{Fitted, fit};
@@ -120,14 +122,15 @@ impl Diagnosis<'_> {
     }
 
     fn harms_operations(&self, present: &Fitted, trial: &Trial) -> Option<String> {
-        let drop = if trial.effect.is_looked_for() {
-            // Fitted without the operation it lies in, a region would have no data and diverge: it is searched again.
-            let by_operation = self.by_operation()?;
-            let before = held_out_residuals(&self.train, &present.model.effects, &by_operation);
-            self.drop_of(&before, &self.held_out_searched_anew(present, trial, &by_operation))
-        } else {
-            self.drop_elsewhere(&present.model.effects, &trial.fitted.model.effects)?
+        let by_operation = self.by_operation()?;
+        let left = |effects: &[FittedEffect]| held_out_residuals(&self.train, effects, &by_operation);
+        let before = left(&present.model.effects);
+        // Fitted without the operation it lies in, a region would have no data and diverge: it is searched again.
+        let after = match trial.effect.is_looked_for() {
+            true => self.held_out_searched_anew(present, trial, &by_operation),
+            false => left(&trial.fitted.model.effects),
         };
+        let drop = self.drop_of(&before, &after);
         if self.varies_between_operations_only(trial.effect.covariates) && !self.criteria().lowers_elsewhere(drop) {
             return Some(format!(
                 "its covariate is constant within each operation, and operations that it was not fitted on are not \
@@ -136,9 +139,31 @@ impl Diagnosis<'_> {
                 -100.0 * drop
             ));
         }
-        self.criteria().harms_elsewhere(drop).then(|| {
+        self.is_made_worse(trial.effect.covariates, &before, &after).then(|| {
             format!("fitted without an operation, it makes that worse ({:+.1} % error over all of them)", -100.0 * drop)
         })
+    }
+
+    /// Do operations refuse an effect on these covariates by their residuals without and with it, each predicted from the others? Of places, and
+    /// of what only grows, an operation has a stretch to itself: where a region ends, or how fast a tool wears, the others need not tell. For
+    /// these it is one case among the operations.
+    fn is_made_worse(&self, covariates: &[Covariate], before: &[f64], after: &[f64]) -> bool {
+        let drop = self.drop_of(before, after);
+        if covariates.iter().any(|covariate| is_place(*covariate) || only_grows(*covariate)) {
+            self.criteria().harms(1.0 - drop, t_statistic(&self.improvement_by_operation(before, after)))
+        } else {
+            self.criteria().harms_elsewhere(drop)
+        }
+    }
+
+    /// Fall of the squares of each operation.
+    fn improvement_by_operation(&self, before: &[f64], after: &[f64]) -> Vec<f64> {
+        let of = |kind: usize| {
+            let members = self.train.used().filter(|i| self.data.kind[*i] == kind);
+            let known = members.filter(|i| before[*i].is_finite() && after[*i].is_finite());
+            known.map(|i| self.train.weight[i] * (before[i].powi(2) - after[i].powi(2))).sum()
+        };
+        self.kinds().into_iter().map(of).collect()
     }
 
     /// Are these covariates constant within every operation? Then only predictions of other operations can show an
@@ -237,6 +262,27 @@ mod tests {
         let trial = Trial { effect: lag, fitted: fit(&data, &[each], 5).unwrap(), gain: 1.0, score: 1.0 };
         let after = diagnosis.held_out_of_trial(&present, &trial);
         diagnosis.drop_of(&diagnosis.base_residual, &after)
+    }
+
+    /// Do four operations refuse an effect on a covariate that changes their residuals by these shares?
+    fn is_refused(covariate: Covariate, changes: [f64; 4]) -> bool {
+        let mut data = made(|_| 0.0, 1.0, |_| State::default());
+        data.kind = (0..data.len()).map(|i| (i / EACH) % 4).collect();
+        let (split, options) = (fifths(&data), Options::default());
+        let before = vec![1.0; data.len()];
+        let after: Vec<f64> = data.kind.iter().map(|kind| 1.0 + changes[*kind]).collect();
+        begun(&data, &split, &options, 1.0).is_made_worse(&[covariate], &before, &after)
+    }
+
+    #[test]
+    fn an_operation_that_is_made_worse_refuses_an_effect_and_of_places_and_wear_several_do() {
+        for covariate in [Covariate::SpindleSpeed, Covariate::X, Covariate::Volume] {
+            assert!(!is_refused(covariate, [-0.1, -0.2, -0.1, 0.0]), "{covariate:?}");
+            assert!(is_refused(covariate, [0.3, 0.2, 0.25, -0.1]), "{covariate:?}");
+        }
+        let one = [-0.1, 0.0, -0.1, 0.8];
+        assert!(is_refused(Covariate::SpindleSpeed, one));
+        assert!(!is_refused(Covariate::X, one) && !is_refused(Covariate::Volume, one));
     }
 
     #[test]

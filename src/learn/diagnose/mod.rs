@@ -35,6 +35,7 @@ mod trial_cache;
 mod undetermined_terms;
 pub mod unnamed;
 mod which_curve;
+mod ways;
 mod worst_stretch;
 
 pub use diagnosis::Options;

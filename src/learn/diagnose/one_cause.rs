@@ -33,7 +33,7 @@ impl Diagnosis<'_> {
 
     /// Cost of a model that is compared with `model`: n/φ · ln RSS + k ln(n/φ) for k parameters (Schwarz 1978), with φ the inflation of
     /// the residual of `model`.
-    fn cost_beside(&self, model: &Fitted) -> impl Fn(&Fitted) -> f64 + use<> {
+    pub(in crate::learn) fn cost_beside(&self, model: &Fitted) -> impl Fn(&Fitted) -> f64 + use<> {
         let n = self.train.used().count() as f64 / inflation(&self.train, &model.residuals(&self.train));
         let shown: Vec<(&str, usize)> =
             self.shown_by_idle.iter().map(|each| (each.effect.name, each.free_count())).collect();

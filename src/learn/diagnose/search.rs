@@ -9,6 +9,7 @@
 //! 3. Of those that pass every test of [`super::evidence`] (score, physical parameters, held-out error, no better curve
 //!    along a covariate that it does not depend on, no harm to kinds of cuts it was not fitted on) that of highest score is
 //!    added whose held-out error is not clearly above the least.
+//!    Where several pass at first, the search is run from each ([`super::ways`]).
 //! 4. If no single one passes, pairs are tried: each may mask the other in the fit ([`super::pairs`]).
 //! 5. Each effect must still earn its score beside those added later ([`super::pruning`]). Then each named effect is compared with
 //!    everything that can replace it ([`super::contest`]): a clearly better rival replaces it and the search continues;
@@ -49,6 +50,13 @@ const EXCHANGES: usize = 3;
 
 /// Most curves without a name.
 const MOST_CURVES: usize = 2;
+
+/// A trial that passes every test, and its held-out residuals.
+#[derive(Clone)]
+pub(in crate::learn) struct Passed {
+    pub(in crate::learn) trial: Trial,
+    pub(in crate::learn) left: Vec<f64>,
+}
 
 /// Runs the whole diagnosis. Of a table it is run again without the cuts that are outlying beside the plain model, or beside that of the
 /// first answer, and the answer of least cost is kept ([`super::outlying`]).
@@ -120,7 +128,7 @@ fn diagnose_all(data: &Data, split: &Split, options: &Options) -> Option<(LearnR
     search.base_residual = held_out_residuals(&search.train, &begin.model.effects, split);
     search.floor = noise_floor(&search.train, &base.residuals(data)).unwrap_or(0.0);
     search.noise = noise_with_memory(&search.train, &base.residuals(data)).unwrap_or(0.0);
-    let (fitted, mut confounded) = search.search_from(&begin);
+    let (fitted, mut confounded) = search.least_of_the_ways(&begin);
     let fitted = search.released(fitted);
     // The noise of each channel was estimated with the base model, whose residual held the effects as well: estimate it
     // again.
@@ -146,11 +154,15 @@ fn diagnose_all(data: &Data, split: &Split, options: &Options) -> Option<(LearnR
 }
 
 impl Diagnosis<'_> {
-    /// The model at the end of the search, and what its effects are confounded with. Rivals are compared before curves
-    /// are added: a curve beside a wrong effect would correct its error and hide that it is wrong.
-    fn search_from(&mut self, begin: &Fitted) -> (Fitted, Vec<Confounded>) {
+    /// The model at the end of a search that begins with an effect, if one passes every test, and what its effects are confounded with.
+    /// Rivals are compared before curves are added: a curve beside a wrong effect would correct its error and hide that it is wrong.
+    pub(in crate::learn) fn search_after(
+        &mut self,
+        begin: &Fitted,
+        first: Option<Passed>,
+    ) -> (Fitted, Vec<Confounded>) {
         let mut confounded: Vec<Confounded> = Vec::new();
-        let named = self.add_names(begin, true, &mut confounded);
+        let named = self.names_after(begin, first, &mut confounded);
         let (mut found, mut in_doubt) = self.contested_until_stable(named, EXCHANGES, &mut confounded);
         if let Some(more) = self.add_curves(&found, &mut confounded) {
             let more = self.curves_chosen_again(more, false);
@@ -174,7 +186,8 @@ impl Diagnosis<'_> {
     /// The names found without curves of their own, and the names of those that are in doubt.
     pub(in crate::learn) fn names_alone(&mut self, base: &Fitted) -> (Fitted, Vec<String>) {
         let mut confounded: Vec<Confounded> = Vec::new();
-        let named = self.add_names(base, true, &mut confounded);
+        let first = self.passing(base, true).into_iter().next();
+        let named = self.names_after(base, first, &mut confounded);
         let (found, in_doubt) = self.contested_until_stable(named, EXCHANGES, &mut confounded);
         confounded.extend(in_doubt);
         (found, confounded.into_iter().map(|group| group.names[0].clone()).collect())
@@ -193,7 +206,7 @@ impl Diagnosis<'_> {
             match self.contested(&found, round < exchanges) {
                 Outcome::Holds(in_doubt) => return (found, in_doubt),
                 Outcome::Exchanged(exchanged) => {
-                    let named = self.add_names(&exchanged, false, confounded);
+                    let named = self.add_names(&exchanged, confounded);
                     let added = self.add_curves(&named, confounded).unwrap_or(named);
                     found = self.prune(added);
                 }
@@ -202,21 +215,23 @@ impl Diagnosis<'_> {
         (found, Vec::new())
     }
 
-    /// Adds effects of the list one after the other until none passes; on the first step of a search, pairs too.
-    fn add_names(&mut self, base: &Fitted, is_first: bool, confounded: &mut Vec<Confounded>) -> Fitted {
-        let mut found = base.clone();
-        let mut is_first = is_first;
-        loop {
-            let named = found.model.effects.iter().filter(|each| !is_unnamed(each.effect)).count();
-            let next =
-                if named < self.options.max_effects { self.next_named(&found, is_first, confounded) } else { None };
-            let pair = if next.is_none() && is_first { self.pair(base) } else { None };
-            is_first = false;
-            match next.or(pair) {
-                Some(more) => found = more,
-                None => return found,
-            }
+    /// The base model with the effect that comes first and those that pass beside it; with a pair, if none passes alone.
+    fn names_after(&mut self, base: &Fitted, first: Option<Passed>, confounded: &mut Vec<Confounded>) -> Fitted {
+        let one = first.map(|first| self.with_passed(base, first, confounded));
+        match one.or_else(|| self.pair(base)) {
+            Some(begun) => self.add_names(&begun, confounded),
+            None => base.clone(),
         }
+    }
+
+    /// Adds effects of the list one after the other until none passes.
+    fn add_names(&mut self, base: &Fitted, confounded: &mut Vec<Confounded>) -> Fitted {
+        let mut found = base.clone();
+        while names_of(&found) < self.options.max_effects {
+            let Some(next) = self.passing(&found, false).into_iter().next() else { break };
+            found = self.with_passed(&found, next, confounded);
+        }
+        found
     }
 
     /// Adds curves without a name, and after each the effects of the list that pass beside it; `None` if no curve is
@@ -228,7 +243,7 @@ impl Diagnosis<'_> {
             let curves = present.model.effects.iter().filter(|each| is_unnamed(each.effect)).count();
             let curve = if curves < MOST_CURVES { self.with_best_curve(present) } else { None };
             let Some(curve) = curve else { return found };
-            found = Some(self.add_names(&curve, false, confounded));
+            found = Some(self.add_names(&curve, confounded));
         }
     }
 
@@ -272,16 +287,31 @@ impl Diagnosis<'_> {
         Some(fitted)
     }
 
-    /// The model with the best effect of the list that passes every test; notes what it is confounded with.
-    fn next_named(&mut self, model: &Fitted, note: bool, confounded: &mut Vec<Confounded>) -> Option<Fitted> {
+    /// The effects of the list that pass every test beside a model, the best first.
+    pub(in crate::learn) fn passing(&mut self, model: &Fitted, note: bool) -> Vec<Passed> {
         let mut trials = self.trials(model, note);
         trials.sort_by(|a, b| b.score.total_cmp(&a.score));
         let present = self.present(model);
-        let (chosen, after) = self.best_accepted(&present, &trials)?;
-        confounded.retain(|c| !c.names.iter().any(|name| name == trials[chosen].effect.name));
-        confounded.extend(self.drift(&present, &trials[chosen], &after));
-        confounded.extend(self.accident_or_difference(&present, &trials[chosen]));
-        Some(self.with_best_shape(trials.swap_remove(chosen).fitted))
+        self.best_first(&present, trials)
+    }
+
+    /// The model with an effect that passed; notes what shows it, and what it is confounded with.
+    fn with_passed(&mut self, model: &Fitted, passed: Passed, confounded: &mut Vec<Confounded>) -> Fitted {
+        let Passed { trial, left } = passed;
+        let present = self.present(model);
+        let text = format!(
+            "lowers the error on left-out blocks by {:.1} % (t = {:.1}), score {:.1}",
+            100.0 * self.drop_of(&present.left, &left),
+            t_statistic(&improvement_by_case(&self.train, &present.left, &left)),
+            trial.score
+        );
+        let errors = [&model.model.effects, &trial.fitted.model.effects].map(|each| self.judgement_errors(each).rmse);
+        self.evidence.push((trial.effect.name, text, self.p_of_the_search(&trial), errors));
+        self.rejected.retain(|r| r.name != trial.effect.name);
+        confounded.retain(|c| !c.names.iter().any(|name| name == trial.effect.name));
+        confounded.extend(self.drift(&present, &trial, &left));
+        confounded.extend(self.accident_or_difference(&present, &trial));
+        self.with_best_shape(trial.fitted)
     }
 
     /// The base model with the acceleration fitted to the block times, if these show a slower machine.
@@ -297,34 +327,24 @@ impl Diagnosis<'_> {
         fitted
     }
 
-    /// Index of the best trial that passes every test, and its held-out residuals: of these trials, highest score first, the
-    /// first that leaves no clearly larger held-out error than the least (the rule of one standard error, Breiman et al. 1984).
-    /// Scores alone are no measure for this, as each has the inflation of its own residual in it.
-    fn best_accepted(&mut self, present: &Present, trials: &[Trial]) -> Option<(usize, Vec<f64>)> {
-        let mut passed: Vec<(usize, Vec<f64>)> = Vec::new();
-        for (k, trial) in trials.iter().enumerate() {
-            match self.accepted(present, trial) {
-                Ok(after) => passed.push((k, after)),
-                Err(why) => self.reject(trial, why),
+    /// Those of these trials, highest score first, that pass every test. At their head stands the first that leaves no clearly larger
+    /// held-out error than the least (the rule of one standard error, Breiman et al. 1984). Scores alone are no measure for this, as each
+    /// has the inflation of its own residual in it.
+    fn best_first(&mut self, present: &Present, trials: Vec<Trial>) -> Vec<Passed> {
+        let mut passed: Vec<Passed> = Vec::new();
+        for trial in trials {
+            match self.accepted(present, &trial) {
+                Ok(left) => passed.push(Passed { trial, left }),
+                Err(why) => self.reject(&trial, why),
             }
         }
         let drop = |left: &[f64]| self.drop_of(&present.left, left);
-        let (least, _) = passed.iter().enumerate().max_by(|(_, a), (_, b)| drop(&a.1).total_cmp(&drop(&b.1)))?;
-        let as_good = |(_, left): &(usize, Vec<f64>)| !self.is_better(left, &passed[least].1);
-        let best = passed.iter().position(as_good)?;
-        let (k, after) = passed.swap_remove(best);
-        let trial = &trials[k];
-        let text = format!(
-            "lowers the error on left-out blocks by {:.1} % (t = {:.1}), score {:.1}",
-            100.0 * self.drop_of(&present.left, &after),
-            t_statistic(&improvement_by_case(&self.train, &present.left, &after)),
-            trial.score
-        );
-        let errors =
-            [&present.model.model.effects, &trial.fitted.model.effects].map(|each| self.judgement_errors(each).rmse);
-        self.evidence.push((trial.effect.name, text, self.p_of_the_search(trial), errors));
-        self.rejected.retain(|r| r.name != trial.effect.name);
-        Some((k, after))
+        let least = passed.iter().max_by(|a, b| drop(&a.left).total_cmp(&drop(&b.left)));
+        let as_good = |each: &Passed| least.is_some_and(|least| !self.is_better(&each.left, &least.left));
+        if let Some(best) = passed.iter().position(as_good) {
+            passed[..=best].rotate_right(1);
+        }
+        passed
     }
 
     /// Held-out residuals of a trial that passes every test, or why it does not.
@@ -413,18 +433,20 @@ mod tests {
             Trial { score, ..trial }
         };
         let present = diagnosis.present(&plain);
+        let first_of = |diagnosis: &mut Diagnosis, trials| diagnosis.best_first(&present, trials)[0].trial.effect.name;
         for scores in [[200.0, 100.0], [100.0, 200.0]] {
             let mut trials = vec![with_score("cutting-speed", scores[0]), with_score("up-down-asymmetry", scores[1])];
             trials.sort_by(|a, b| b.score.total_cmp(&a.score));
             for trial in &trials {
                 assert_eq!(diagnosis.accepted(&present, trial).err(), None);
             }
-            assert_eq!(diagnosis.best_accepted(&present, &trials).unwrap().0, 0);
+            let of_highest_score = trials[0].effect.name;
+            assert_eq!(first_of(&mut diagnosis, trials), of_highest_score);
         }
         // One that does not pass is not added, whatever its score.
         let mut useless = with_score("cutting-speed", 300.0);
         useless.fitted = plain.clone();
-        let trials = [useless, with_score("up-down-asymmetry", 100.0)];
-        assert_eq!(diagnosis.best_accepted(&present, &trials).unwrap().0, 1);
+        let trials = vec![useless, with_score("up-down-asymmetry", 100.0)];
+        assert_eq!(first_of(&mut diagnosis, trials), "up-down-asymmetry");
     }
 }

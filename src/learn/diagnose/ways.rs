@@ -1,0 +1,118 @@
+//! Searches that begin with each of the effects that may come first. In: the diagnosis, the model it begins with. Out: of the models at which
+//! these searches end, the one of least cost, and what its effects are confounded with.
+//!
+//! Of two causes at once, a third that resembles a little of both may explain more than either alone: of a smaller cutter and losses of the
+//! drive, stock that stands proud. Effects are added one after the other, and exchanged one for one: from there the two are out of reach.
+
+use crate::learn::diagnose::diagnosis::Diagnosis;
+use crate::learn::diagnose::search::Passed;
+use crate::learn::diagnose::unnamed::is_unnamed;
+use crate::learn::model::cross_validation::held_out_residuals;
+use crate::learn::model::fit::Fitted;
+use crate::learn::report::Confounded;
+use rayon::prelude::*;
+
+/// Most searches: each takes its time, and an effect that passes with little score is seldom the cause.
+const WAYS: usize = 3;
+
+impl Diagnosis<'_> {
+    /// See the head of the file. Effects that are in the model at the end of the first search have been on its way, and are not begun with.
+    pub(in crate::learn) fn least_of_the_ways(&mut self, begin: &Fitted) -> (Fitted, Vec<Confounded>) {
+        let mut firsts = self.passing(begin, true).into_iter();
+        let start = self.clone();
+        let best = self.search_after(begin, firsts.next());
+        let has = |first: &Passed| best.0.model.effects.iter().any(|each| each.effect.name == first.trial.effect.name);
+        let others: Vec<Passed> = firsts.take(WAYS - 1).filter(|first| !has(first)).collect();
+        let from = |first| {
+            let mut way = Diagnosis { cache: self.cache.clone(), tried: self.tried, ..start.clone() };
+            let end = way.search_after(begin, Some(first));
+            (way, end)
+        };
+        let mut ways: Vec<_> = others.into_par_iter().map(from).collect();
+        let models: Vec<&Fitted> = ways.iter().map(|(_, (model, _))| model).collect();
+        let Some(least) = self.least_of(&best.0, &models) else { return best };
+        let (way, end) = ways.swap_remove(least);
+        *self = way;
+        end
+    }
+
+    /// Of other models the one of least cost, if that is below the cost of this one, and its held-out error not clearly above. It may need no
+    /// more curves without a name: these correct a wrong name as well as a true one. Nor may it only have names beside those of this one, where the
+    /// search has refused them.
+    fn least_of(&self, best: &Fitted, others: &[&Fitted]) -> Option<usize> {
+        let cost = self.cost_beside(best);
+        let left_out = |model: &Fitted| held_out_residuals(&self.train, &model.model.effects, self.split);
+        let left = left_out(best);
+        let own = names(best);
+        let only_adds = |other: &Fitted| !own.is_empty() && own.iter().all(|name| names(other).contains(name));
+        let curves = |model: &Fitted| model.model.effects.len() - names(model).len();
+        let is_less = |other: &Fitted| {
+            curves(other) <= curves(best)
+                && !only_adds(other)
+                && cost(other) < cost(best)
+                && !self.is_better(&left_out(other), &left)
+        };
+        let less = (0..others.len()).filter(|k| is_less(others[*k]));
+        less.min_by(|a, b| cost(others[*a]).total_cmp(&cost(others[*b])))
+    }
+}
+
+/// The effects of a model that have a name.
+fn names(model: &Fitted) -> Vec<&str> {
+    model.model.effects.iter().filter(|each| !is_unnamed(each.effect)).map(|each| each.effect.name).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::unnamed::{BEYOND, KNOTS};
+    use crate::effects::{State, named};
+    use crate::learn::diagnose::diagnosis::Options;
+    use crate::learn::diagnose::forms::FORM_ROUNDS;
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
+    use crate::learn::model::design::FittedEffect;
+    use crate::learn::model::fit::fit;
+
+    /// Which of four models costs less than one with these names, if the load depends on milling mode and speed by these shares. The fourth has a curve.
+    fn least(shares: [f64; 2], beside: &[&str]) -> Option<usize> {
+        let turn = |i: usize, every: usize| if ((i / EACH) / every).is_multiple_of(2) { 1.0 } else { -1.0 };
+        let state = |i: usize| State {
+            up_share: turn(i, 1),
+            up_share_chip: turn(i, 1),
+            cutting_speed_mm_s: 3000.0 + 1000.0 * turn(i, 2),
+            rps: 90.0 + 30.0 * turn(i, 2),
+            ..State::default()
+        };
+        let data = made(|i| shares[0] * turn(i, 1) + shares[1] * turn(i, 2), 1.0, state);
+        let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
+        let with = |names: &[&str]| {
+            let each = |name: &&str| {
+                let effect = named(name).unwrap();
+                let values: Vec<f64> = effect.parameters.iter().map(|p| p.starts[0]).collect();
+                FittedEffect { effect, free: vec![true; values.len()], values }
+            };
+            fit(&data, &names.iter().map(each).collect::<Vec<_>>(), FORM_ROUNDS).unwrap()
+        };
+        let both = ["up-down-asymmetry", "cutting-speed"];
+        let at = |k: usize| [60.0, 120.0].get(k).copied().unwrap_or(BEYOND);
+        let values: Vec<f64> = (0..KNOTS).map(at).chain(vec![1.0; KNOTS]).chain([0.0]).collect();
+        let free = (0..values.len()).map(|k| k == KNOTS + 1).collect();
+        let curve = FittedEffect { effect: named("unnamed-load-spindle-speed").unwrap(), values, free };
+        let [up, fast, both] = [&both[..1], &both[1..], &both].map(with);
+        let corrected = fit(&data, &[up.model.effects.clone(), vec![curve]].concat(), FORM_ROUNDS).unwrap();
+        let models = [&up, &fast, &both, &corrected];
+        begun(&data, &split, &options, 1.0).least_of(&with(beside), &models)
+    }
+
+    #[test]
+    fn the_model_of_least_cost_has_each_cause_there_is_and_no_other() {
+        assert_eq!(least([0.1, 0.1], &[]), Some(2));
+        assert_eq!(least([0.1, 0.0], &[]), Some(0));
+        assert_eq!(least([0.0, 0.1], &[]), Some(1));
+        assert_eq!(least([0.0, 0.0], &[]), None);
+    }
+
+    #[test]
+    fn a_name_that_was_refused_beside_another_does_not_come_back_another_way() {
+        assert_eq!(least([0.1, 0.1], &["up-down-asymmetry"]), None);
+    }
+}
