@@ -2,7 +2,7 @@
 //! plan of a constant step-over.
 
 use super::columns::Columns;
-use super::least_time::{Alike, headings, least_alternating_s, least_s};
+use super::least_time::{Alike, Over, headings};
 use super::passes::{self, Constant, Plan, Requirements};
 use super::reach::{Place, ToolOnSurface};
 use std::f64::consts::PI;
@@ -22,13 +22,14 @@ pub fn least_of_any_s(on_surface: &ToolOnSurface, places: &[Place], required: &R
     let some: Vec<Place> = places.iter().copied().step_by(ONE_OF).collect();
     // Without a place the time is 0.
     let of_all = area(places) / area(&some).max(f64::MIN_POSITIVE);
-    of_all * least_s(on_surface, &some, [required], &headings(PI, ROUND))[0]
+    of_all * Over { on_surface, places: &some, required: [required] }.least_s(&headings(PI, ROUND))[0]
 }
 
 /// Least times of curved passes within the allowed slope that alternate and follow each other to the same side as those of a plan, s.
 pub fn least_alike_s<const N: usize>(on_surface: &ToolOnSurface, places: &[Place], required: Alike<N>) -> [f64; N] {
     let turn = required[0].turn;
-    least_alternating_s(on_surface, places, required, &headings(turn.atan(), if turn > 0.0 { FAN } else { 1 }))
+    let headings = headings(turn.atan(), if turn > 0.0 { FAN } else { 1 });
+    Over { on_surface, places, required }.least_alternating_s(&headings)
 }
 
 /// The best plan of one step-over and one feed that keep force and scallop at all places of the varying plan, except

@@ -5,7 +5,7 @@ use super::columns::Columns;
 use super::comparison;
 use super::contour;
 use super::least_straight::least_straight_s;
-use super::least_time::{Alike, least_of_one_height_s};
+use super::least_time::{Alike, Over};
 use super::levels::Grid;
 use super::passes::{self, Constant, Plan, Requirements};
 use super::reach::{Place, ToolOnSurface};
@@ -106,7 +106,7 @@ impl PassArea {
                 least_straight_s(on_surface, columns, required, apart_mm)
             }
             PassArea::Columns(_) => comparison::least_alike_s(on_surface, places, required),
-            PassArea::Steep(_) => least_of_one_height_s(on_surface, places, required),
+            PassArea::Steep(_) => Over { on_surface, places, required }.least_of_one_height_s(),
         }
     }
 }
