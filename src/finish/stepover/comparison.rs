@@ -39,21 +39,21 @@ pub fn constant(
     on_surface: &ToolOnSurface,
     columns: &Columns,
     required: &Requirements,
-    varying: &Plan,
+    everywhere_mm: &[[f64; 2]],
 ) -> Option<(Constant, f64, Plan)> {
     let best = |way: usize| {
-        let rate = |k: &usize| required.feeds_mm_s[*k] * varying.everywhere_mm[*k][way];
+        let rate = |k: &usize| required.feeds_mm_s[*k] * everywhere_mm[*k][way];
         (0..required.feeds_mm_s.len())
-            .filter(|k| varying.everywhere_mm[*k][way].is_finite())
+            .filter(|k| everywhere_mm[*k][way].is_finite())
             .reduce(|a, b| if rate(&b) > rate(&a) { b } else { a })
     };
     let plan = |step: Constant, k: usize| {
         let feed = required.feeds_mm_s[k];
         let required = Requirements { feeds_mm_s: vec![feed], turn: 0.0, constant: Some(step), ..required.clone() };
-        (step, feed, passes::plan(on_surface, columns, &required))
+        (step, feed, passes::plan(on_surface, columns, &required, None))
     };
-    let above = best(0).map(|k| plan(Constant::Above(varying.everywhere_mm[k][0]), k));
-    let along = best(1).map(|k| plan(Constant::Along(varying.everywhere_mm[k][1]), k));
+    let above = best(0).map(|k| plan(Constant::Above(everywhere_mm[k][0]), k));
+    let along = best(1).map(|k| plan(Constant::Along(everywhere_mm[k][1]), k));
     let time = |(_, feed, plan): &(Constant, f64, Plan)| plan.length_mm() / feed;
     above.into_iter().chain(along).reduce(|a, b| if time(&b) < time(&a) { b } else { a })
 }
