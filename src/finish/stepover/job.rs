@@ -199,18 +199,22 @@ pub fn run(
         Drawn { plan, steps, text, left }
     };
     let top = required.feeds_mm_s.last().copied().unwrap_or(1.0);
-    let over_mm = |drawn: &Drawn| {
-        let largest_mm = drawn.plan.largest_scallop_mm();
+    let beyond_by = |largest_mm: f64| {
         if is_beyond(largest_mm, ask.scallop_mm) { largest_mm - ask.scallop_mm } else { 0.0 }
     };
+    let over_mm = |drawn: &Drawn| beyond_by(drawn.plan.largest_scallop_mm());
+    // Between the places of the plan, and along ends askew to the passes, more may stay than at them.
+    let anywhere_mm = |drawn: &Drawn| over_mm(drawn).max(beyond_by(drawn.left.most_mm));
     let (mut varying, mut everywhere_mm): (Option<Drawn>, Option<Vec<[f64; 2]>>) = (None, None);
     for _ in 0..PLANS {
         let lower = Bounds { scallop_mm: ask.scallop_mm - below_mm, ..bounds };
         let plan = pass_area.plan(&on_surface, &Requirements { bounds: lower, ..required.clone() }, &drawing);
         everywhere_mm.get_or_insert_with(|| plan.everywhere_mm.clone());
         let drawn = draw(plan, top, vec![said.clone()]);
-        let over_mm = over_mm(&drawn);
-        varying = Some(drawn);
+        let over_mm = anywhere_mm(&drawn);
+        if varying.as_ref().is_none_or(|best| over_mm < anywhere_mm(best)) {
+            varying = Some(drawn);
+        }
         below_mm += over_mm;
         if over_mm == 0.0 || below_mm >= ask.scallop_mm {
             break;
@@ -267,8 +271,8 @@ pub fn run(
     Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, left_out, notes })
 }
 
-/// Most plans, each for a limit lower by as much as the written passes of the one before exceed the one that is asked for; and most plans of a
-/// constant step-over.
+/// Most plans, each for a limit lower by as much as the written passes of the one before exceed the one that is asked for; of these the one
+/// that exceeds it least is written. And most plans of a constant step-over.
 const PLANS: u32 = 3;
 
 /// A place rotated about Z, counter-clockwise.

@@ -42,28 +42,34 @@ pub fn least_straight_s<const N: usize>(
     }
     let count = ((high - low) / apart_mm).ceil() as usize;
     let high_mm = (high - low) / count as f64;
-    let row = |j: usize| row(on_surface, columns, low + (j as f64 + 0.5) * high_mm, required);
-    let rows: Vec<[Option<Row>; N]> = (0..count).into_par_iter().map(row).collect();
+    let within_mm = WITHIN * high_mm;
+    let between_mm = (high - low - 2.0 * within_mm) / count as f64;
+    let row = |j: usize| row(on_surface, columns, low + within_mm + j as f64 * between_mm, required);
+    let rows: Vec<[Option<Row>; N]> = (0..=count).into_par_iter().map(row).collect();
     std::array::from_fn(|k| {
         let rows: Vec<Option<&Row>> = rows.iter().map(|row| row[k].as_ref()).collect();
-        least_sum_s(&rows, high - low, NODE_MM.min(0.5 * required[k].bounds.least_mm))
+        least_sum_s(&rows, [high - low, within_mm], NODE_MM.min(0.5 * required[k].bounds.least_mm))
     })
 }
 
+/// Share of the distance of the rows by which the first and the last lie within the edges: on the edge itself only a few columns may have ground,
+/// and no pass follows. On steep ground step-overs change much within that distance.
+const WITHIN: f64 = 0.1;
 /// Distance of the places at which V is worked out, mm; at most half the least step-over.
 const NODE_MM: f64 = 0.02;
 
 /// Step-overs from a row, mm, each with the time along the next pass, s: along +X, and against it.
 type Row = [Vec<[f64; 2]>; 2];
 
-/// V at the near end of the surface, `wide_mm` from the far one, from rows in the middles of equal parts of it; `None`: a row without ground.
-fn least_sum_s(rows: &[Option<&Row>], wide_mm: f64, node_mm: f64) -> f64 {
+/// V at the near end of the surface, `wide_mm` from the far one, from rows spread evenly, the first and the last `within_mm` within it; `None`: a
+/// row without ground.
+fn least_sum_s(rows: &[Option<&Row>], [wide_mm, within_mm]: [f64; 2], node_mm: f64) -> f64 {
     let last = (wide_mm / node_mm).ceil() as usize;
     let node_mm = wide_mm / last as f64;
     let mut v = [vec![0.0; last + 1], vec![0.0; last + 1]];
     for j in (0..last).rev() {
         let y = j as f64 * node_mm;
-        let at = (y / wide_mm * rows.len() as f64 - 0.5).clamp(0.0, (rows.len() - 1) as f64);
+        let at = ((y - within_mm) / (wide_mm - 2.0 * within_mm)).clamp(0.0, 1.0) * (rows.len() - 1) as f64;
         let (low, share) = (at as usize, at.fract());
         let [a, b] = [low, (low + 1).min(rows.len() - 1)].map(|k| rows[k]);
         for way in [0, 1] {
@@ -160,15 +166,15 @@ mod tests {
             }
             count + (1.0 + width - y) / (0.1 * y)
         };
-        let found = least_sum_s(&rows, 1.0, 0.01);
+        let found = least_sum_s(&rows, [1.0, 0.5 / 900.0], 0.01);
         assert!((found - passes(1.0)).abs() < 1e-2, "{found} {}", passes(1.0));
         // The other way round the integral of the rate, ln 2 / 0.1 = 6.93, is as large, and the sum is larger.
         let back: Vec<Option<&Row>> = rows.into_iter().rev().collect();
-        assert!(least_sum_s(&back, 1.0, 0.01) < 10.0 * 2f64.ln() && found > 10.0 * 2f64.ln());
+        assert!(least_sum_s(&back, [1.0, 0.5 / 900.0], 0.01) < 10.0 * 2f64.ln() && found > 10.0 * 2f64.ln());
         let slow = [[0.05, 1.0], [0.3, 2.0]];
         let row: Row = [vec![[0.1, 1.0]; TRIED], (0..TRIED).map(|k| slow[k % 2]).collect()];
-        assert!((least_sum_s(&[Some(&row)], 4.0, 0.01) - 30.0).abs() < 1e-6);
-        assert!(least_sum_s(&[None], 4.0, 0.01) == 0.0);
+        assert!((least_sum_s(&[Some(&row)], [4.0, 0.0], 0.01) - 30.0).abs() < 1e-6);
+        assert!(least_sum_s(&[None], [4.0, 0.0], 0.01) == 0.0);
     }
 
     #[test]

@@ -20,6 +20,7 @@
 //! they are written leave more than the limit, the step-over is shortened, and the pass is laid again.
 
 use super::columns::{Columns, HALVINGS, is_on};
+use super::drop::Dropper;
 use super::path::{Drawing, as_written};
 use super::reach::{Bounds, Reach, ToolOnSurface};
 use super::section::Beside;
@@ -298,7 +299,19 @@ fn shortest(required: &Requirements, drawing: &Drawing) -> f64 {
     (1.0 - drawing.tolerance_mm / required.bounds.scallop_mm).max(0.0).sqrt()
 }
 
-/// The spots of a pass with the scallops that it leaves as it is written beside the motions of the pass before.
+/// The spots of a stretch, and places midway between them beside the pass before.
+fn with_middles(stretch: &[Spot], dropper: &Dropper) -> Vec<Spot> {
+    let middle = |two: &[Spot]| {
+        let mean = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|axis| 0.5 * (a[axis] + b[axis]));
+        let tip = |at: [f64; 2]| Some(Vec3::new(at[0], at[1], dropper.drop(at)?.tip_mm));
+        let at = mean(two[0].at, two[1].at);
+        let [a, b] = [two[0].beside?, two[1].beside?];
+        Some(Spot { at, tip: tip(at)?, beside: Some(tip(mean([a.x, a.y], [b.x, b.y]))?), ..two[0] })
+    };
+    stretch.iter().copied().chain(stretch.windows(2).filter_map(middle)).collect()
+}
+
+/// The spots of a pass, and places between them, with the scallops that it leaves as it is written beside the motions of the pass before.
 fn left_as_written(
     on_surface: &ToolOnSurface,
     before: &[Curve],
@@ -306,7 +319,8 @@ fn left_as_written(
     (required, drawing): (&Requirements, &Drawing),
 ) -> Vec<Spot> {
     let curves: Vec<Curve> = before.iter().copied().chain(as_written(pass, on_surface.dropper, drawing)).collect();
-    let plan = Plan { passes: vec![pass.clone()], ..Plan::default() };
+    let stretches = pass.stretches.iter().map(|stretch| with_middles(stretch, on_surface.dropper)).collect();
+    let plan = Plan { passes: vec![Pass { stretches, ..*pass }], ..Plan::default() };
     let plan = with_scallops(on_surface, plan, (&curves, 0.0), required.bounds.scallop_mm);
     plan.passes.into_iter().flat_map(|pass| pass.stretches).flatten().collect()
 }
