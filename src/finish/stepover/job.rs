@@ -203,8 +203,11 @@ pub fn run(
         if is_beyond(largest_mm, ask.scallop_mm) { largest_mm - ask.scallop_mm } else { 0.0 }
     };
     let over_mm = |drawn: &Drawn| beyond_by(drawn.plan.largest_scallop_mm());
-    // Between the places of the plan, and along ends askew to the passes, more may stay than at them.
-    let anywhere_mm = |drawn: &Drawn| over_mm(drawn).max(beyond_by(drawn.left.most_mm));
+    // Between the places of the plan, and along ends askew to the passes, those side by side may leave more than at them.
+    let anywhere_mm = |drawn: &Drawn| match ask.layout {
+        Layout::Parallel { .. } => over_mm(drawn).max(beyond_by(drawn.left.most_mm)),
+        Layout::Contour { .. } => over_mm(drawn),
+    };
     let (mut varying, mut everywhere_mm): (Option<Drawn>, Option<Vec<[f64; 2]>>) = (None, None);
     for _ in 0..PLANS {
         let lower = Bounds { scallop_mm: ask.scallop_mm - below_mm, ..bounds };
