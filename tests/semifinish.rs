@@ -494,7 +494,7 @@ fn linear_edge(stock: &str) -> String {
     [&layers[..from], edge, &layers[to..]].concat().replace("min = [-12, 0, -20], max = [12, 6, 15]", stock)
 }
 
-/// Asked for is 95 % of the length where no bound holds. The inner passes hold it; over all passes it comes to 88.1 %. The last pass of the
+/// Asked for is 95 % of the length where no bound holds. The inner passes hold it; over all passes it comes to 91.6 %. The last pass of the
 /// finish cuts along the wall of raw stock beside it, and on most of its length no stock that may be left brings its force down to 28 N. The
 /// pass before it would need more stock than it can have: the last semi-finishing pass cuts there too, and leaves no more than its own stock
 /// and pick²/2R = 0.042 mm. So the last semi-finishing pass has a stock between what the two ask for, at no bound. (92.8 % had been reached
@@ -521,7 +521,7 @@ fn the_force_over_a_wave_is_constant_where_no_bound_holds() {
     println!("inner passes: {near} of {all} within 10 %");
     assert!(all > 500 && f64::from(near) >= 0.95 * f64::from(all), "{near} of {all}");
     let force = &report["force"];
-    assert!(force["after"]["unbound_within_10_percent"].as_f64().unwrap() >= 88.0, "{said}");
+    assert!(force["after"]["unbound_within_10_percent"].as_f64().unwrap() >= 91.0, "{said}");
     assert!(force["unbound_mm"].as_f64() > Some(0.5 * force["length_mm"].as_f64().unwrap()));
     // What is off without a bound is listed, all of it and nothing else.
     let listed: f64 =

@@ -102,11 +102,12 @@ fn a_cylinder_is_finished_at_a_constant_force() {
     assert!(varying["scallop_beyond_percent"].as_f64().unwrap() == 0.0, "{varying}");
     assert!(varying["simulated"]["within_10_percent"].as_f64().unwrap() >= 95.0, "{varying}");
     assert!((varying["simulated"]["mean_ratio"].as_f64().unwrap() - 1.0).abs() < 0.03, "{varying}");
-    // Against the faster of the constant step-overs along the surface and seen from above, each at its best feed: 14.7 % (asked: 20).
+    // Against the faster of the constant step-overs along the surface and seen from above, each at its best feed: 15.1 % (asked: 20, but no passes
+    // laid alike can save more than 17.1 % of its cutting time).
     assert!(report["saved_percent"].as_f64().unwrap() > 14.0, "{report}");
-    // Against the bound of straight passes that alternate: 3.9 % (asked: 3).
+    // Against the bound of straight passes that alternate: 1.6 % (asked: 3).
     let above = varying["predicted"]["least"]["cutting_above_percent"][0].as_f64().unwrap();
-    assert!((0.0..4.5).contains(&above), "{varying}");
+    assert!((0.0..2.0).contains(&above), "{varying}");
     assert!(report["price"]["s_per_n"].as_f64().unwrap() < 0.0 && report["price"]["s_per_um"].as_f64().unwrap() < 0.0);
     assert!(std::fs::read_to_string(&page).unwrap().matches("<rect").count() > 1000);
     // Every line is read without a doubt.
@@ -186,7 +187,8 @@ fn passes_up_a_cylinder_are_arcs() {
     }
 }
 
-/// The same passes in every dialect, in millimetres and inches: read without a doubt, and of one length.
+/// The same passes in every dialect, in millimetres and inches: read without a doubt, and of one length. The scallop limit does not bind, as what
+/// keeps it depends on how passes are written.
 #[test]
 fn every_dialect_and_unit_is_read_back_as_the_same_passes() {
     let patch = surfaces::sheet([24, 24], |u, v| [4.0 * u, 4.0 * v, (0.5 * u).sin() * 2.0 + v * v]);
@@ -216,7 +218,17 @@ fn every_dialect_and_unit_is_read_back_as_the_same_passes() {
             command.args(words).arg("--setup").arg(&path).output().unwrap()
         };
         let part_path = part.to_str().unwrap();
-        let out = run(&["stepover", "--surface", part_path, "--feed", "960", "--scallop", "0.03"]);
+        let out = run(&[
+            "stepover",
+            "--surface",
+            part_path,
+            "--feed",
+            "960",
+            "--scallop",
+            "0.03",
+            "--largest-step-over",
+            "0.3",
+        ]);
         assert!(out.status.success(), "{dialect} {unit}: {}", String::from_utf8_lossy(&out.stderr));
         let program = folder.path().join("part.nc");
         let read = run(&["toolpath", program.to_str().unwrap()]);

@@ -10,6 +10,7 @@ use super::learn::{load, open};
 use super::options::{Global, above_zero, finite};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
+use crate::finish::stepover::text::usual_tolerance_mm;
 use crate::finish::stepover::{Layout, Refusal, Request, Surface, run};
 use crate::job::stepover::at_reference_force;
 use crate::machine::{Job, StockShape};
@@ -80,9 +81,10 @@ pub struct Stepover {
     /// Slope from level that contour passes begin at, degrees, 30 when absent; how much of the surface is shallower is said.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = finite)]
     pub shallowest: Option<f64>,
-    /// How far the lines of the program may lie from the path on the surface, mm. It is taken off --scallop, as scallops rise by it.
-    #[arg(long, value_name = "MM", default_value_t = 0.003, allow_negative_numbers = true, value_parser = above_zero)]
-    pub tolerance: f64,
+    /// How far the lines of the program may lie from the path on the surface, mm. Scallops rise by it, so that step-overs are the shorter.
+    /// When absent 0.003 mm, of parallel passes at most a tenth of --scallop, but not less than the digits of the program can keep.
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
+    pub tolerance: Option<f64>,
 }
 
 /// Units of a mesh.
@@ -150,6 +152,7 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
             "give degrees between 0 and 90",
         ));
     }
+    let inch = job.machine.unsaid.inch.unwrap_or(job.inch);
     let ask = Request {
         tool: command.tool,
         rps: command.rpm.map(rps_from_rpm),
@@ -159,7 +162,7 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         stock_mm: command.stock.unwrap_or(STOCK_MM),
         step_over_mm: [command.least_step_over, command.largest_step_over],
         layout,
-        tolerance_mm: command.tolerance,
+        tolerance_mm: command.tolerance.unwrap_or_else(|| usual_tolerance_mm(command.scallop, &layout, inch)),
     };
     let bar = screen.progress("planning");
     let start = Instant::now();

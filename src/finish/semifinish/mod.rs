@@ -11,7 +11,7 @@
 //!
 //! solved by [`least_squares`] and simulated again. J_ik = F_i' w_ik at first, with F_i' from a simulated uniform
 //! change of stock; then each row is updated from what the round found (Broyden 1965, Schubert 1970). A round is
-//! accepted if it lowers Σ ℓ_i ρ(ln F_i/F), with Huber's ρ, quadratic for small and linear for large errors, for which
+//! accepted if it lowers Σ ℓ_i ρ(ln F_i/F), with a ρ that is quadratic for small errors and bounded for large ones, for which
 //! p_i are the weights; otherwise it is discarded and the next step is shorter. The first rounds solve each contact
 //! separately and average over the knots it depends on, which is robust, and exact if every contact depends on one
 //! knot. Knots whose stock the finish does not cut (lead-ins, links) take the offset of the nearest one that it does.

@@ -31,9 +31,10 @@ const INFORMATIVE_MM: f64 = 0.004;
 const LEAST_GAIN: f64 = 0.01;
 /// Mean relative error of force at which the rounds end.
 const GOOD: f64 = 0.003;
-/// Relative error of force up to which it counts by its square, beyond linearly (Huber), so that a contact that cannot
-/// reach the reference does not distort its neighbours. One and a half times the band of 10 % that is wanted.
-const HUBER: f64 = 0.15;
+/// Relative error of force up to which it counts by its square. Beyond it its pull falls as the square of the error, so that a contact that
+/// cannot reach the reference does not distort its neighbours: beside a wall of raw stock it is four times the reference, and with a pull that
+/// stays the same (Huber) kept the stock of the pass before it at half of what that one needs. One and a half times the band of 10 % that is wanted.
+const NEAR: f64 = 0.15;
 /// Least force over the reference that is assumed, in steps and in the logarithm, to keep these finite.
 const LEAST_FORCE: f64 = 0.05;
 const LEAST_RATIO: f64 = 1e-3;
@@ -41,7 +42,7 @@ const LEAST_RATIO: f64 = 1e-3;
 /// Result of a round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Round {
-    /// Root of the mean of Huber's cost of ln(F/reference), weighted by length.
+    /// Root of the mean of the [`cost`] of ln(F/reference), weighted by length.
     pub error: f64,
     /// Least and largest force, N.
     pub force_n: [f64; 2],
@@ -287,10 +288,10 @@ impl<'a> Rounds<'a> {
         let length: f64 = self.samples.iter().map(|sample| sample.length_mm).sum();
         let scale = self.stock_mm.len() as f64 / length;
         for k in (0..self.samples.len()).filter(|k| self.counts(*k)) {
-            // Relative step to the reference, with Huber's weight.
+            // Relative step to the reference, with the weight that gives it the pull of the cost.
             let force = self.forces[k].max(LEAST_FORCE * self.reference_n);
             let (asks, off) = (self.reference_n / force - 1.0, self.log_ratio(force));
-            let pull = (off.abs().min(HUBER) / asks.abs().max(1e-9)).min(1.0);
+            let pull = (pull(off.abs()) / asks.abs().max(1e-9)).min(1.0);
             let weight = (self.samples[k].length_mm * scale * pull).sqrt();
             let row: Vec<(u32, f64)> = self.slopes[k]
                 .iter()
@@ -357,9 +358,14 @@ impl<'a> Rounds<'a> {
     }
 }
 
-/// Square of an error, and beyond [`HUBER`] what goes on with its slope there.
+/// Square of an error, and beyond [`NEAR`] what goes on with twice the [`pull`] as its slope: at most three times the square of that.
 fn cost(off: f64) -> f64 {
-    if off.abs() < HUBER { off * off } else { HUBER * (2.0 * off.abs() - HUBER) }
+    if off.abs() < NEAR { off * off } else { NEAR * NEAR * (3.0 - 2.0 * NEAR / off.abs()) }
+}
+
+/// Half the slope of the [`cost`] at an error that is not negative.
+fn pull(off: f64) -> f64 {
+    if off < NEAR { off } else { NEAR * (NEAR / off).powi(2) }
 }
 
 /// Does a round lower the mean error by at least [`LEAST_GAIN`]?
@@ -409,10 +415,14 @@ mod tests {
         assert!(is_informative(0.0041) && !is_informative(0.0039));
     }
 
-    /// The square up to 0.15, beyond it its tangent.
+    /// The square up to 0.15, beyond it less and less; the pull is half its slope everywhere.
     #[test]
-    fn errors_beyond_the_band_count_by_themselves() {
-        assert!((cost(-0.14) - 0.0196).abs() < 1e-12);
-        assert!((cost(0.25) - (0.0225 + 0.3 * 0.1)).abs() < 1e-12 && cost(0.25) < 0.0625);
+    fn errors_far_beyond_the_band_hardly_pull() {
+        assert!((cost(-0.14) - 0.0196).abs() < 1e-12 && (cost(0.3) - 0.045).abs() < 1e-12 && cost(1e9) < 0.0675);
+        for off in [0.01, 0.149, 0.151, 0.3, 1.4] {
+            let slope = (cost(off + 1e-6) - cost(off - 1e-6)) / 2e-6;
+            assert!((0.5 * slope - pull(off)).abs() < 1e-9, "{off}");
+        }
+        assert!((pull(0.3) - 0.0375).abs() < 1e-12 && pull(1.5) < 0.0016);
     }
 }

@@ -83,6 +83,13 @@ impl Columns {
         self.at_mm[i]
     }
 
+    /// The two columns beside an X, the nearer one first.
+    pub fn beside(&self, x: f64) -> [usize; 2] {
+        let after = self.at_mm.partition_point(|at| *at < x).min(self.at_mm.len() - 1);
+        let before = after.saturating_sub(1);
+        if x - self.at_mm[before] < self.at_mm[after] - x { [before, after] } else { [after, before] }
+    }
+
     /// Width of the ground of a column, mm: half way to the next one on either side.
     pub fn width(&self, i: usize) -> f64 {
         let last = self.at_mm.len() - 1;

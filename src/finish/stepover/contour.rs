@@ -387,14 +387,14 @@ fn is_cut_short(on_surface: &ToolOnSurface, level: &Level, place: &Below, step_m
 }
 
 /// The plan of the largest constant step down that keeps force and scallop at all places of the varying plan, at its
-/// best feed.
+/// best feed; see [`Plan::everywhere_mm`].
 pub fn constant(
     on_surface: &ToolOnSurface,
     steep: &Steep,
     required: &Requirements,
-    varying: &Plan,
+    everywhere_mm: &[[f64; 2]],
 ) -> Option<(Constant, f64, Plan)> {
-    let step = |k: usize| varying.everywhere_mm[k][0];
+    let step = |k: usize| everywhere_mm[k][0];
     let rate = |k: usize| required.feeds_mm_s[k] * step(k);
     let feeds = (0..required.feeds_mm_s.len()).filter(|k| step(*k).is_finite());
     let k = feeds.reduce(|a, b| if rate(b) > rate(a) { b } else { a })?;

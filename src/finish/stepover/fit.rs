@@ -104,7 +104,7 @@ fn is_arc(points: &[Vec3], tolerance_mm: f64, round: Round) -> bool {
 }
 
 /// The arc through the first, middle and last of some points as it is written, and its end.
-fn written_arc(points: &[Vec3], round: Round) -> Option<(Circle, Vec3)> {
+pub fn written_arc(points: &[Vec3], round: Round) -> Option<(Circle, Vec3)> {
     let (first, mut middle, last) = (points[0], points[(points.len() - 1) / 2], points[points.len() - 1]);
     let (_, _, flat) = plane_of(first, middle, last)?.axes();
     let (from, end) = (round(first), round(last));

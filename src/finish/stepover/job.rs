@@ -199,30 +199,43 @@ pub fn run(
         Drawn { plan, steps, text, left }
     };
     let top = required.feeds_mm_s.last().copied().unwrap_or(1.0);
-    let (mut varying, mut rival): (Option<Drawn>, Option<(Constant, f64, Drawn)>) = (None, None);
+    let beyond_by = |largest_mm: f64| {
+        if is_beyond(largest_mm, ask.scallop_mm) { largest_mm - ask.scallop_mm } else { 0.0 }
+    };
+    let over_mm = |drawn: &Drawn| beyond_by(drawn.plan.largest_scallop_mm());
+    // Between the places of the plan, and along ends askew to the passes, those side by side may leave more than at them.
+    let anywhere_mm = |drawn: &Drawn| match ask.layout {
+        Layout::Parallel { .. } => over_mm(drawn).max(beyond_by(drawn.left.most_mm)),
+        Layout::Contour { .. } => over_mm(drawn),
+    };
+    let (mut varying, mut everywhere_mm): (Option<Drawn>, Option<Vec<[f64; 2]>>) = (None, None);
     for _ in 0..PLANS {
         let lower = Bounds { scallop_mm: ask.scallop_mm - below_mm, ..bounds };
-        let required = Requirements { bounds: lower, ..required.clone() };
-        let plan = pass_area.plan(&on_surface, &required);
-        let over_mm = |drawn: &Drawn| {
-            let largest_mm = drawn.plan.largest_scallop_mm();
-            if is_beyond(largest_mm, ask.scallop_mm) { largest_mm - ask.scallop_mm } else { 0.0 }
-        };
-        if !rival.as_ref().is_some_and(|(_, _, drawn)| over_mm(drawn) == 0.0) {
-            let note = "CONSTANT STEP-OVER FOR COMPARISON";
-            rival = pass_area
-                .constant(&on_surface, &required, &plan)
-                .map(|(step, feed_mm_s, plan)| (step, feed_mm_s, draw(plan, feed_mm_s, vec![note.into()])));
+        let plan = pass_area.plan(&on_surface, &Requirements { bounds: lower, ..required.clone() }, &drawing);
+        everywhere_mm.get_or_insert_with(|| plan.everywhere_mm.clone());
+        let drawn = draw(plan, top, vec![said.clone()]);
+        let over_mm = anywhere_mm(&drawn);
+        if varying.as_ref().is_none_or(|best| over_mm < anywhere_mm(best)) {
+            varying = Some(drawn);
         }
-        if varying.as_ref().is_none_or(|drawn| over_mm(drawn) > 0.0) {
-            varying = Some(draw(plan, top, vec![said.clone()]));
-        }
-        let drawn = varying.iter().chain(rival.iter().map(|(_, _, drawn)| drawn));
-        let most_mm = drawn.map(over_mm).fold(0.0, f64::max);
-        below_mm += most_mm;
-        if most_mm == 0.0 || below_mm >= ask.scallop_mm {
+        below_mm += over_mm;
+        if over_mm == 0.0 || below_mm >= ask.scallop_mm {
             break;
         }
+    }
+    let (mut rival, mut everywhere_mm): (Option<(Constant, f64, Drawn)>, _) = (None, everywhere_mm.unwrap_or_default());
+    for _ in 0..PLANS {
+        let note = vec!["CONSTANT STEP-OVER FOR COMPARISON".into()];
+        rival = pass_area
+            .constant(&on_surface, &required, &everywhere_mm)
+            .map(|(step, feed_mm_s, plan)| (step, feed_mm_s, draw(plan, feed_mm_s, note)));
+        let over_mm = rival.as_ref().map_or(0.0, |(_, _, drawn)| over_mm(drawn));
+        if over_mm == 0.0 {
+            break;
+        }
+        // The scallop grows with the square of the step-over.
+        let narrower = (1.0 + over_mm / ask.scallop_mm).sqrt().recip();
+        everywhere_mm.iter_mut().flatten().for_each(|step_mm| *step_mm *= narrower);
     }
     let varying = varying.filter(|drawn| drawn.plan.passes.iter().any(|pass| !pass.stretches.is_empty()));
     let varying = varying.ok_or_else(|| {
@@ -261,7 +274,8 @@ pub fn run(
     Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, left_out, notes })
 }
 
-/// Most plans, each for a limit lower by as much as the written passes of the one before exceed the one that is asked for.
+/// Most plans, each for a limit lower by as much as the written passes of the one before exceed the one that is asked for; of these the one
+/// that exceeds it least is written. And most plans of a constant step-over.
 const PLANS: u32 = 3;
 
 /// A place rotated about Z, counter-clockwise.

@@ -5,9 +5,10 @@ use super::columns::Columns;
 use super::comparison;
 use super::contour;
 use super::least_straight::least_straight_s;
-use super::least_time::{Alike, least_of_one_height_s};
+use super::least_time::{Alike, Over};
 use super::levels::Grid;
 use super::passes::{self, Constant, Plan, Requirements};
+use super::path::Drawing;
 use super::reach::{Place, ToolOnSurface};
 use super::steep::Steep;
 
@@ -73,24 +74,24 @@ impl PassArea {
         }
     }
 
-    /// Plans the passes.
-    pub fn plan(&self, on_surface: &ToolOnSurface, required: &Requirements) -> Plan {
+    /// Plans the passes; those side by side such that they keep the scallop limit as they are drawn.
+    pub fn plan(&self, on_surface: &ToolOnSurface, required: &Requirements, drawing: &Drawing) -> Plan {
         match self {
-            PassArea::Columns(columns) => passes::plan(on_surface, columns, required),
+            PassArea::Columns(columns) => passes::plan(on_surface, columns, required, Some(drawing)),
             PassArea::Steep(steep) => contour::plan(on_surface, steep, required),
         }
     }
 
-    /// The best plan of one step and one feed that keep force and scallop at all places of the varying plan.
+    /// The best plan of one step and one feed that keep force and scallop at all places of a plan: `everywhere_mm`.
     pub fn constant(
         &self,
         on_surface: &ToolOnSurface,
         required: &Requirements,
-        varying: &Plan,
+        everywhere_mm: &[[f64; 2]],
     ) -> Option<(Constant, f64, Plan)> {
         match self {
-            PassArea::Columns(columns) => comparison::constant(on_surface, columns, required, varying),
-            PassArea::Steep(steep) => contour::constant(on_surface, steep, required, varying),
+            PassArea::Columns(columns) => comparison::constant(on_surface, columns, required, everywhere_mm),
+            PassArea::Steep(steep) => contour::constant(on_surface, steep, required, everywhere_mm),
         }
     }
 
@@ -106,7 +107,7 @@ impl PassArea {
                 least_straight_s(on_surface, columns, required, apart_mm)
             }
             PassArea::Columns(_) => comparison::least_alike_s(on_surface, places, required),
-            PassArea::Steep(_) => least_of_one_height_s(on_surface, places, required),
+            PassArea::Steep(_) => Over { on_surface, places, required }.least_of_one_height_s(),
         }
     }
 }

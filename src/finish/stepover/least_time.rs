@@ -35,56 +35,55 @@ pub fn headings(half_rad: f64, count: usize) -> Vec<[f64; 2]> {
 /// Requirements that differ in the reference force alone: the loads at a place serve all of them.
 pub type Alike<'a, const N: usize> = [&'a Requirements; N];
 
-/// Least times over the places, s; places that no pass can cut do not count. `headings`: those allowed.
-pub fn least_s<const N: usize>(
-    on_surface: &ToolOnSurface,
-    places: &[Place],
-    required: Alike<N>,
-    headings: &[[f64; 2]],
-) -> [f64; N] {
-    let time = |(p, area): &Place| {
-        let ways = headings.iter().flat_map(|d| [1.0, -1.0].map(|side| (*d, [-side * d[1], side * d[0]])));
-        let bounds = &required[0].bounds;
-        times_s(*area, ways.filter_map(|way| rates(on_surface, *p, way, (required, bounds))))
-    };
-    summed(places, time)
+/// Where the time is bounded: the tool, places, requirements.
+pub struct Over<'a, const N: usize> {
+    /// The tool on the surface.
+    pub on_surface: &'a ToolOnSurface<'a>,
+    /// The places; those that no pass can cut do not count.
+    pub places: &'a [Place],
+    /// What passes have to keep.
+    pub required: Alike<'a, N>,
 }
 
-/// Least times over the places of passes that alternate and follow each other to the left of the headings, s.
-pub fn least_alternating_s<const N: usize>(
-    on_surface: &ToolOnSurface,
-    places: &[Place],
-    required: Alike<N>,
-    headings: &[[f64; 2]],
-) -> [f64; N] {
-    let time = |(p, area): &Place| {
-        let rates = headings.iter().filter_map(|d| {
-            let left = [-d[1], d[0]];
-            let choices =
-                |way: f64| Choices::new(on_surface, *p, (d.map(|x| way * x), left), (required, &required[0].bounds));
-            let [there, back] = [choices(1.0)?, choices(-1.0)?];
-            let longer = there.longer.min(back.longer);
-            Some(std::array::from_fn(|k| rate_of_two(&there.choices[k], &back.choices[k]) / longer))
-        });
-        times_s(*area, rates)
-    };
-    summed(places, time)
-}
+impl<const N: usize> Over<'_, N> {
+    /// Least times of passes with any of the headings at each place, s.
+    pub fn least_s(&self, headings: &[[f64; 2]]) -> [f64; N] {
+        let time = |(p, area): &Place| {
+            let ways = headings.iter().flat_map(|d| [1.0, -1.0].map(|side| (*d, [-side * d[1], side * d[0]])));
+            let bounds = &self.required[0].bounds;
+            times_s(*area, ways.filter_map(|way| rates(self.on_surface, *p, way, (self.required, bounds))))
+        };
+        summed(self.places, time)
+    }
 
-/// Least times of passes of one height over the places, s; their step-overs are bounded along the surface.
-pub fn least_of_one_height_s<const N: usize>(
-    on_surface: &ToolOnSurface,
-    places: &[Place],
-    required: Alike<N>,
-) -> [f64; N] {
-    let time = |(p, area): &Place| {
-        let Some(contact) = on_surface.dropper.drop(*p) else { return [0.0; N] };
-        let bounds = bounds_at(&required[0].bounds, &contact);
-        let down = downhill(&contact);
-        let rates = down.and_then(|down| rates(on_surface, *p, (heading(down), down), (required, &bounds)));
-        times_s(*area, rates.into_iter())
-    };
-    summed(places, time)
+    /// Least times of passes that alternate and follow each other to the left of the headings, s.
+    pub fn least_alternating_s(&self, headings: &[[f64; 2]]) -> [f64; N] {
+        let bounded = (self.required, &self.required[0].bounds);
+        let time = |(p, area): &Place| {
+            let rates = headings.iter().filter_map(|d| {
+                let left = [-d[1], d[0]];
+                let choices = |way: f64| Choices::new(self.on_surface, *p, (d.map(|x| way * x), left), bounded);
+                let [there, back] = [choices(1.0)?, choices(-1.0)?];
+                let longer = there.longer.min(back.longer);
+                Some(std::array::from_fn(|k| rate_of_two(&there.choices[k], &back.choices[k]) / longer))
+            });
+            times_s(*area, rates)
+        };
+        summed(self.places, time)
+    }
+
+    /// Least times of passes of one height, s; their step-overs are bounded along the surface.
+    pub fn least_of_one_height_s(&self) -> [f64; N] {
+        let time = |(p, area): &Place| {
+            let Some(contact) = self.on_surface.dropper.drop(*p) else { return [0.0; N] };
+            let bounds = bounds_at(&self.required[0].bounds, &contact);
+            let down = downhill(&contact);
+            let way = |down| (heading(down), down);
+            let rates = down.and_then(|down| rates(self.on_surface, *p, way(down), (self.required, &bounds)));
+            times_s(*area, rates.into_iter())
+        };
+        summed(self.places, time)
+    }
 }
 
 fn summed<const N: usize>(places: &[Place], times_s: impl Fn(&Place) -> [f64; N] + Sync + Send) -> [f64; N] {

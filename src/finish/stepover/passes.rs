@@ -15,15 +15,21 @@
 //! the list in all columns, and in each column the feed of the largest product of feed and step-over. Where a curve has
 //! a smaller step-over than its feed allows, the feed is raised as far as the force permits. The candidate that clears
 //! the largest area per second becomes the next pass.
+//!
+//! As it is written, in lines and arcs with rounded coordinates, it may leave more than it does on the surface itself. Where the two passes as
+//! they are written leave more than the limit, the step-over is shortened, and the pass is laid again.
 
 use super::columns::{Columns, HALVINGS, is_on};
+use super::drop::Dropper;
+use super::path::{Drawing, as_written};
 use super::reach::{Bounds, Reach, ToolOnSurface};
 use super::section::Beside;
+use super::written::with_scallops;
 use crate::force::{Cap, LoadLine};
 use crate::machine::LimitKind;
 use crate::machine::limits::FEED_CHANGE_MIN;
 use crate::numeric::bisect;
-use crate::path::Vec3;
+use crate::path::{Curve, Vec3};
 use rayon::prelude::*;
 
 /// Limits and choices for the passes.
@@ -180,19 +186,18 @@ impl Allowed {
     }
 }
 
-/// Plans the passes over the columns.
-pub fn plan(on_surface: &ToolOnSurface, columns: &Columns, required: &Requirements) -> Plan {
+/// Plans the passes over the columns. `drawing`: how they are written; `None`: the scallop limit is held without regard to that.
+pub fn plan(on_surface: &ToolOnSurface, columns: &Columns, required: &Requirements, drawing: Option<&Drawing>) -> Plan {
     let count = columns.stretches.len();
     let mut plan = Plan { everywhere_mm: vec![[f64::INFINITY; 2]; required.feeds_mm_s.len()], ..Plan::default() };
     let begin: Vec<f64> = (0..count).map(|i| columns.start(i, f64::NEG_INFINITY, 0.0)).collect();
     let half = (on_surface.shape().radius_mm() / columns.column_mm).round() as usize;
     let mut curve = below(&begin, required.turn, &columns.at_mm, half);
-    let mut limits = vec![StepLimit::Edge; count];
     let (mut places, mut beyond) = (0usize, 0usize);
-    let mut before: Option<Vec<f64>> = None;
+    let area = (on_surface, columns, required);
+    let mut laid = pass_along(area, &curve, None, &vec![StepLimit::Edge; count], way(0));
     while curve.iter().any(|y| y.is_finite()) {
-        let heading = way(plan.passes.len());
-        let (pass, ends) = pass_along((on_surface, columns, required), &curve, before.as_deref(), &limits, heading);
+        let (pass, ends) = laid;
         plan.passes.push(pass);
         let ahead = headings(&curve, &columns.at_mm, way(plan.passes.len()));
         let column = |i: usize| {
@@ -241,12 +246,107 @@ pub fn plan(on_surface: &ToolOnSurface, columns: &Columns, required: &Requiremen
             }
         };
         allowed.par_iter_mut().enumerate().for_each(settle);
-        let NextPass { next, limits: bound_by, .. } = next_pass(columns, &curve, &allowed, &best, (required, half));
-        limits = bound_by;
-        before = Some(std::mem::replace(&mut curve, next));
+        let next;
+        (next, laid) = lay(area, &curve, (&mut allowed, &best), plan.passes.len(), drawing.zip(plan.passes.last()));
+        curve = next;
     }
     plan.out_of_reach = beyond as f64 / places.max(1) as f64;
     plan
+}
+
+/// A pass, and for each column where it ends beside it.
+type Laid = (Pass, Vec<Ends>);
+
+/// The curve of the next pass, and the pass along it. With a drawing and the pass before, it is laid again with shorter step-overs until both
+/// as they are written keep the scallop limit.
+fn lay(
+    area: (&ToolOnSurface, &Columns, &Requirements),
+    curve: &[f64],
+    (allowed, best): (&mut [Allowed], &[usize]),
+    number: usize,
+    written: Option<(&Drawing, &Pass)>,
+) -> (Vec<f64>, Laid) {
+    let (on_surface, columns, required) = area;
+    let half = (on_surface.shape().radius_mm() / columns.column_mm).round() as usize;
+    let along = |allowed: &[Allowed]| {
+        let NextPass { next, limits, .. } = next_pass(columns, curve, allowed, best, (required, half));
+        let laid = pass_along(area, &next, Some(curve), &limits, way(number));
+        (next, laid)
+    };
+    let (mut next, mut laid) = along(allowed);
+    let Some((drawing, before)) = written else { return (next, laid) };
+    let first = next.clone();
+    let before = as_written(before, on_surface.dropper, drawing);
+    let shortest = shortest(required, drawing);
+    for _ in 0..TRIALS {
+        let left = left_as_written(on_surface, &before, &laid.0, (required, drawing));
+        if !shorten(columns, [curve, &next, &first], (allowed, best), &left, (required, shortest)) {
+            break;
+        }
+        (next, laid) = along(allowed);
+    }
+    (next, laid)
+}
+
+/// Most times that a pass is laid again with shorter step-overs.
+const TRIALS: usize = 8;
+/// Share by which the scallop between two passes as they are written may be above the limit: a fifth of what counts as beyond it.
+const OVER: f64 = 2e-3;
+
+/// Share of a step-over to which it is shortened at most: lines and arcs off by the tolerance leave scallops higher by as much. What is
+/// higher than that, at the foot of a wall, is not due to them.
+fn shortest(required: &Requirements, drawing: &Drawing) -> f64 {
+    (1.0 - drawing.tolerance_mm / required.bounds.scallop_mm).max(0.0).sqrt()
+}
+
+/// The spots of a stretch, and places midway between them beside the pass before.
+fn with_middles(stretch: &[Spot], dropper: &Dropper) -> Vec<Spot> {
+    let middle = |two: &[Spot]| {
+        let mean = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|axis| 0.5 * (a[axis] + b[axis]));
+        let tip = |at: [f64; 2]| Some(Vec3::new(at[0], at[1], dropper.drop(at)?.tip_mm));
+        let at = mean(two[0].at, two[1].at);
+        let [a, b] = [two[0].beside?, two[1].beside?];
+        Some(Spot { at, tip: tip(at)?, beside: Some(tip(mean([a.x, a.y], [b.x, b.y]))?), ..two[0] })
+    };
+    stretch.iter().copied().chain(stretch.windows(2).filter_map(middle)).collect()
+}
+
+/// The spots of a pass, and places between them, with the scallops that it leaves as it is written beside the motions of the pass before.
+fn left_as_written(
+    on_surface: &ToolOnSurface,
+    before: &[Curve],
+    pass: &Pass,
+    (required, drawing): (&Requirements, &Drawing),
+) -> Vec<Spot> {
+    let curves: Vec<Curve> = before.iter().copied().chain(as_written(pass, on_surface.dropper, drawing)).collect();
+    let stretches = pass.stretches.iter().map(|stretch| with_middles(stretch, on_surface.dropper)).collect();
+    let plan = Plan { passes: vec![Pass { stretches, ..*pass }], ..Plan::default() };
+    let plan = with_scallops(on_surface, plan, (&curves, 0.0), required.bounds.scallop_mm);
+    plan.passes.into_iter().flat_map(|pass| pass.stretches).flatten().collect()
+}
+
+/// Shortens the step-overs beside the spots whose scallop is above the limit, as its root, down to a share of those to the curve that was laid
+/// first. Is any of them shorter now?
+fn shorten(
+    columns: &Columns,
+    [curve, next, first]: [&[f64]; 3],
+    (allowed, best): (&mut [Allowed], &[usize]),
+    left: &[Spot],
+    (required, shortest): (&Requirements, f64),
+) -> bool {
+    let limit_mm = required.bounds.scallop_mm;
+    let mut shorter = false;
+    for spot in left.iter().filter(|spot| spot.beside.is_some() && spot.scallop_mm > (1.0 + OVER) * limit_mm) {
+        // Where a pass ends beside a column, that one alone has a step-over.
+        let Some(i) = columns.beside(spot.at[0]).into_iter().find(|i| !allowed[*i].steps.is_empty()) else { continue };
+        let least_mm = required.bounds.least_mm.max(shortest * (first[i] - curve[i]));
+        let wanted_mm = ((next[i] - curve[i]) * (limit_mm / spot.scallop_mm).sqrt()).max(least_mm);
+        if let Some(step) = allowed[i].steps.get_mut(best[i]).filter(|(step_mm, _)| wanted_mm < *step_mm) {
+            shorter |= wanted_mm < next[i] - curve[i];
+            *step = (wanted_mm, StepLimit::Scallop);
+        }
+    }
+    shorter
 }
 
 /// The step-over allowed at a feed, at most `largest_mm`, and what bounds it.
@@ -403,7 +503,7 @@ fn pass_along(
     before: Option<&[f64]>,
     limits: &[StepLimit],
     way: f64,
-) -> (Pass, Vec<Ends>) {
+) -> Laid {
     let ahead = headings(curve, &columns.at_mm, way);
     let in_column = |i: usize| {
         let at = [columns.x(i), curve[i]];

@@ -4,10 +4,10 @@
 //! Short links run at the feed, just above stock and surface; longer ones at rapid, at the safe height.
 
 use super::drop::Dropper;
-use super::fit::{Part, Round, fit};
+use super::fit::{Part, Round, fit, written_arc};
 use super::levels::onto;
 use super::passes::{Pass, Plan, Spot, StepLimit};
-use crate::path::Vec3;
+use crate::path::{Arc, Curve, Vec3};
 
 /// One motion of the tip.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +96,24 @@ fn line(pass: &Pass, stretch: &[Spot], dropper: &Dropper, drawing: &Drawing) -> 
     let part = |part: Part| Piece { to: points[part.to].0, via: part.via, limit: points[part.to].1 };
     let parts = fit(&places, left * drawing.tolerance_mm, drawing.arcs, drawing.round);
     first.into_iter().chain(parts.into_iter().map(part)).collect()
+}
+
+/// The motions along the stretches of a pass as they will be written, each with rounded ends and centre.
+pub fn as_written(pass: &Pass, dropper: &Dropper, drawing: &Drawing) -> Vec<Curve> {
+    let curve = |two: &[Piece]| {
+        let [from, to] = [two[0].to, two[1].to];
+        let arc = two[1].via.and_then(|via| written_arc(&[from, via, to], drawing.round));
+        let Some((circle, end)) = arc else {
+            return Curve::Line { from: (drawing.round)(from), to: (drawing.round)(to) };
+        };
+        let (u, v, _) = circle.plane.axes();
+        let mut centre = end;
+        (centre[u], centre[v]) = (circle.centre[0], circle.centre[1]);
+        let sweep_rad = if circle.left { circle.sweep_rad } else { -circle.sweep_rad };
+        Curve::Arc(Arc::new(circle.plane, (drawing.round)(from), end, centre, sweep_rad))
+    };
+    let lines = pass.stretches.iter().map(|stretch| line(pass, stretch, dropper, drawing));
+    lines.flat_map(|line| line.windows(2).map(curve).collect::<Vec<_>>()).collect()
 }
 
 /// Points of the tip between the spots, so close that the path deviates from its chords by less than [`SAMPLED`] of the

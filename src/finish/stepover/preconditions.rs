@@ -13,12 +13,15 @@ use crate::machine::limits::FEED_CHANGE_MIN;
 use crate::machine::{Box3, Job, StockShape, Tool};
 use crate::path::Vec3;
 
-/// Share of the tolerance of lines and arcs by which the scallop limit of the first plan is below the one that is asked for. Passes off the
-/// surface by the tolerance leave scallops higher by as much, but few are off by all of it.
+/// Share of the tolerance of lines and arcs by which the scallop limit of the first plan of passes of one height is below the one that is
+/// asked for. Passes off the surface by the tolerance leave scallops higher by as much, but few are off by all of it. Those side by side are
+/// laid as they will be written.
 const BELOW: f64 = 0.25;
 
-/// Number of feeds to choose from.
-const FEEDS: u32 = 10;
+/// Number of feeds to choose from, each 2.8 % above the one before: with ten, 20 % apart, a cylinder at 6 N took 0.6 % longer to cut.
+const FEEDS: u32 = 60;
+/// The same for passes of one height.
+const FEW_FEEDS: u32 = 10;
 
 /// Range of the ratio of sizes of surface and stock, either way, that suggests inches taken for millimetres (25.4).
 const INCHES: [f64; 2] = [12.0, 50.0];
@@ -38,7 +41,7 @@ pub fn below_mm(ask: &Request) -> Result<f64, Refusal> {
             "lower --tolerance, or raise --scallop",
         ));
     }
-    Ok(below_mm)
+    Ok(if matches!(ask.layout, Layout::Contour { .. }) { below_mm } else { 0.0 })
 }
 
 /// An error if coordinates are written no finer than the tolerance.
@@ -161,9 +164,11 @@ pub fn speed(job: &Job, tool: &Tool, ask: &Request) -> Result<f64, Refusal> {
         .ok_or_else(|| Refusal::new("there is no spindle speed", "give --rpm, or rpm in the tool's table of the setup"))
 }
 
-/// Feeds to choose from, mm/s: the requested one, or a geometric series up to what the setup allows.
+/// Feeds to choose from, mm/s: a geometric series up to the requested one, or to what the setup allows. For passes of one height the requested
+/// one alone: at lower feeds their force is within 10 % of the reference on less of their length (on a dome on less than 95 %).
 pub fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Request) -> Result<Vec<f64>, Refusal> {
-    if let Some(feed) = ask.feed_mm_s {
+    let of_one_height = matches!(ask.layout, Layout::Contour { .. });
+    if let Some(feed) = ask.feed_mm_s.filter(|_| of_one_height) {
         return Ok(vec![feed]);
     }
     let limits = job.limits.overridden_by(&tool.limits);
@@ -173,15 +178,16 @@ pub fn feeds(job: &Job, tool: &Tool, rps: f64, ask: &Request) -> Result<Vec<f64>
         limits.chip_thickness_max_mm.map(|h| h * per_tooth),
         limits.feed_per_tooth_max_mm.map(|f| f * per_tooth),
     ];
-    let Some(top) = tops.into_iter().flatten().reduce(f64::min) else {
+    let Some(top) = ask.feed_mm_s.or(tops.into_iter().flatten().reduce(f64::min)) else {
         return Err(Refusal::new(
             "the greatest feed of the tool is not known",
             "give --feed, or in [limits] feed = { max = … } or chip_thickness = { max = … }",
         ));
     };
     let floor = limits.feed_min_mm_s.unwrap_or(0.0);
-    let feeds = (0..FEEDS).map(|k| top * FEED_CHANGE_MIN.powf(1.0 - f64::from(k) / f64::from(FEEDS - 1)));
-    Ok(feeds.filter(|feed| *feed >= floor).collect())
+    let count = if of_one_height { FEW_FEEDS } else { FEEDS };
+    let feeds = (0..count).map(|k| top * FEED_CHANGE_MIN.powf(1.0 - f64::from(k) / f64::from(count - 1)));
+    Ok(feeds.filter(|feed| *feed >= floor.min(top)).collect())
 }
 
 /// An error if the surface and the stock of the setup differ in size like inches and millimetres, or do not overlap.

@@ -116,8 +116,8 @@ impl ToolOnSurface<'_> {
 
     /// Where most is left between a pass with its tip at the first place and one along a tangent with its tip at the second, and the height, mm:
     /// of the points of the surface that the tool would touch on its way from one to the other, the one that is as high below the one pass
-    /// as below the other. A section over a circle in place of the surface is not enough at the foot of a wall or over an edge, where the
-    /// contact jumps or rests while the tool goes on.
+    /// as below the other; where the contact jumps over that, a point on the chord of the jump. A section over a circle in place of the
+    /// surface is not enough at the foot of a wall or over an edge, where the contact jumps or rests while the tool goes on.
     pub fn highest_between(&self, [before, tip]: [Vec3; 2], tangent: Vec3) -> Option<(f64, Contact)> {
         let ground = Ground { contact: tip, normal: Vec3::z(), curvature_per_mm: 0.0, stock_mm: 0.0, turn_per_mm: 0.0 };
         let section = Section::new(self.dropper.shape(), tip, tangent, &ground, Beside::Pass(before));
@@ -126,24 +126,40 @@ impl ToolOnSurface<'_> {
         // From the one pass to the other the height below the first grows from 0 and that below the second falls to 0; on even ground both
         // by squares, so that their difference is linear.
         let (mut middle, mut crossing, mut last) = (0.5, None, None::<Contact>);
-        for _ in 0..MOST_BETWEEN {
-            let at = [0, 1].map(|axis| before[axis] + middle * (tip[axis] - before[axis]));
-            let contact = last.map_or_else(|| self.dropper.drop(at), |last| self.dropper.drop_near(at, &last))?;
-            last = Some(contact);
+        let mut beside: [Option<(f64, Contact)>; 2] = [None; 2];
+        let mut enter = |contact: Contact| {
             let [below_this, below_before] = section.left_mm(contact.point, contact.normal).map(|mm| mm.min(most_mm));
             let left_mm = below_this.min(below_before).max(0.0);
             if !contact.rim && highest.is_none_or(|(known_mm, _)| left_mm > known_mm) {
                 highest = Some((left_mm, contact));
             }
+            [below_this, below_before, left_mm]
+        };
+        for _ in 0..MOST_BETWEEN {
+            let at = [0, 1].map(|axis| before[axis] + middle * (tip[axis] - before[axis]));
+            let contact = last.map_or_else(|| self.dropper.drop(at), |last| self.dropper.drop_near(at, &last))?;
+            last = Some(contact);
+            let [below_this, below_before, left_mm] = enter(contact);
             let off_mm = below_before - below_this;
             // The height where both are equal is between them.
             if off_mm.abs() <= NEAR * left_mm {
-                break;
+                return highest;
             }
+            beside[usize::from(off_mm > 0.0)] = Some((off_mm, contact));
             let ends_mm = 2.0 * (below_this.abs() + below_before.abs());
             let crossing = crossing.get_or_insert_with(|| SignChange::new((0.0, -ends_mm), (1.0, ends_mm)));
             crossing.narrow(middle, off_mm);
             middle = crossing.next();
+        }
+        // The contact jumps over it: from one facet of a hollow to the next, or from the foot of a wall to the wall. Both passes may leave more
+        // beside the chord between the two contacts than at its ends. Above a hollow that the tool cannot reach the chord is within the tool.
+        if let [Some((low, a)), Some((high, b))] = beside {
+            let share = low / (low - high);
+            let mixed = |a: Vec3, b: Vec3| a + share * (b - a);
+            let normal = mixed(a.normal, b.normal).try_normalize(0.0);
+            if let Some(normal) = normal.filter(|_| !a.rim && !b.rim) {
+                enter(Contact { point: mixed(a.point, b.point), normal, ..a });
+            }
         }
         highest
     }
