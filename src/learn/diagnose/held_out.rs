@@ -126,9 +126,10 @@ impl Diagnosis<'_> {
         let left = |effects: &[FittedEffect]| held_out_residuals(&self.train, effects, &by_operation);
         let before = left(&present.model.effects);
         // Fitted without the operation it lies in, a region would have no data and diverge: it is searched again.
-        let after = match trial.effect.is_looked_for() {
-            true => self.held_out_searched_anew(present, trial, &by_operation),
-            false => left(&trial.fitted.model.effects),
+        let after = if trial.effect.is_looked_for() {
+            self.held_out_searched_anew(present, trial, &by_operation)
+        } else {
+            left(&trial.fitted.model.effects)
         };
         let drop = self.drop_of(&before, &after);
         if self.varies_between_operations_only(trial.effect.covariates) && !self.criteria().lowers_elsewhere(drop) {
