@@ -7,7 +7,7 @@ use super::html::page;
 use super::number::short;
 use super::stepover::stepover_words;
 use crate::finish::stepover::Answer;
-use crate::finish::stepover::passes::Spot;
+use crate::finish::stepover::plan::Spot;
 
 /// Cells along the longer side.
 const CELLS: f64 = 120.0;

@@ -7,8 +7,8 @@
 //! most. So stations here are no longer than a cell of the stock.
 
 use super::drop::Dropper;
-use super::passes::StepLimit;
 use super::path::Step;
+use super::plan::StepLimit;
 use super::shape::Shape;
 use super::surface::Surface;
 use crate::engage::{self, EngageError, EngagementMap, Station};

@@ -3,7 +3,8 @@
 
 use super::columns::Columns;
 use super::least_time::{Alike, Over, headings};
-use super::passes::{self, Constant, Plan, Requirements};
+use super::passes::{self, Constant, Requirements};
+use super::plan::Plan;
 use super::reach::{Place, ToolOnSurface};
 use std::f64::consts::PI;
 

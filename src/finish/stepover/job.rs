@@ -7,8 +7,9 @@ use super::drop::{Contact, Dropper};
 use super::earlier::Earlier;
 use super::layout::{Layout, PassArea};
 use super::left::{Left, Places};
-use super::passes::{self, Constant, Plan, Requirements, beyond_mm, is_beyond};
+use super::passes::{Constant, Requirements};
 use super::path::{self, Drawing, Step};
+use super::plan::{Plan, Spot, beyond_mm, is_beyond};
 use super::preconditions;
 use super::reach::{Bounds, ToolOnSurface};
 pub use super::request::{LeftOut, Refusal, Request};
@@ -294,9 +295,8 @@ struct Drawn {
 
 /// Time on the passes at the feeds of their spots, s.
 pub fn cutting_s(plan: &Plan) -> f64 {
-    let time = |two: &[passes::Spot]| {
-        (two[1].tip - two[0].tip).norm() * 0.5 * (two[0].feed_mm_s.recip() + two[1].feed_mm_s.recip())
-    };
+    let time =
+        |two: &[Spot]| (two[1].tip - two[0].tip).norm() * 0.5 * (two[0].feed_mm_s.recip() + two[1].feed_mm_s.recip());
     plan.passes.iter().flat_map(|pass| &pass.stretches).flat_map(|stretch| stretch.windows(2)).map(time).sum()
 }
 

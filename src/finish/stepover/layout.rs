@@ -7,8 +7,9 @@ use super::contour;
 use super::least_straight::least_straight_s;
 use super::least_time::{Alike, Over};
 use super::levels::Grid;
-use super::passes::{self, Constant, Plan, Requirements};
+use super::passes::{self, Constant, Requirements};
 use super::path::Drawing;
+use super::plan::Plan;
 use super::reach::{Place, ToolOnSurface};
 use super::steep::Steep;
 

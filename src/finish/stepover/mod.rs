@@ -28,6 +28,7 @@ pub mod near;
 pub mod order;
 pub mod passes;
 pub mod path;
+pub mod plan;
 pub mod preconditions;
 pub mod reach;
 pub mod request;

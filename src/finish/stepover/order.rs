@@ -4,7 +4,7 @@
 //! A stretch can be cut when all above it have been cut; of these the one that starts nearest is next. So the tool
 //! finishes one peak before it continues with the next.
 
-use super::passes::Spot;
+use super::plan::Spot;
 
 /// A stretch of a level.
 #[derive(Debug, Clone)]
@@ -67,7 +67,7 @@ fn start(strand: &LevelStretch, from: Option<[f64; 2]>) -> (usize, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::passes::StepLimit;
+    use super::super::plan::StepLimit;
     use super::*;
     use crate::path::Vec3;
 

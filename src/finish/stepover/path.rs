@@ -6,7 +6,7 @@
 use super::drop::Dropper;
 use super::fit::{Part, Round, fit, written_arc};
 use super::levels::onto;
-use super::passes::{Pass, Plan, Spot, StepLimit};
+use super::plan::{Pass, Plan, Spot, StepLimit};
 use crate::path::{Arc, Curve, Vec3};
 
 /// One motion of the tip.

@@ -3,7 +3,7 @@
 
 use super::layout::Layout;
 use super::left::Places;
-use super::passes::Plan;
+use super::plan::Plan;
 use super::reach::{Bounds, Place, ToolOnSurface};
 use super::request::{LeftOut, Refusal, Request};
 use super::shape::Shape;

@@ -8,7 +8,7 @@
 use super::drop::Contact;
 use super::left::{distance_mm, reach_mm};
 use super::near::Near;
-use super::passes::{Plan, Spot};
+use super::plan::{Plan, Spot};
 use super::reach::ToolOnSurface;
 use crate::path::{Curve, Vec3};
 use rayon::prelude::*;
