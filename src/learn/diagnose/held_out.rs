@@ -145,9 +145,10 @@ impl Diagnosis<'_> {
         })
     }
 
-    /// Do operations refuse an effect on these covariates by their residuals without and with it, each predicted from the others? Of places, and
-    /// of what only grows, an operation has a stretch to itself: where a region ends, or how fast a tool wears, the others need not tell. For
-    /// these it is one case among the operations.
+    /// Is an effect on these covariates refused, because operations are predicted worse with it? `before`, `after`: residuals without and with the
+    /// effect, each operation predicted from the others. An effect of the process holds everywhere, so the error over all operations decides. A
+    /// region may lie in one operation, and an edge may wear in its last one: the others cannot tell how far or how fast. For effects of a place, of
+    /// time or of wear one operation that is predicted worse is therefore a single case, and only several refuse them.
     fn is_made_worse(&self, covariates: &[Covariate], before: &[f64], after: &[f64]) -> bool {
         let drop = self.drop_of(before, after);
         if covariates.iter().any(|covariate| is_place(*covariate) || only_grows(*covariate)) {
