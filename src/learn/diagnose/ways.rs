@@ -12,7 +12,7 @@ use crate::learn::model::fit::Fitted;
 use crate::learn::report::Confounded;
 use rayon::prelude::*;
 
-/// Most searches, a bound on the time: a log whose causes are found at once takes a third longer with it than with one search.
+/// Most searches, a bound on the time: with three, logs of twelve minutes took up to a third longer than with one.
 const WAYS: usize = 3;
 
 impl Diagnosis<'_> {
