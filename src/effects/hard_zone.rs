@@ -1,7 +1,8 @@
 //! Hard zone. In: position (x, y) of every sector of the engaged arc. Out: a factor 1 + z u on all coefficients, averaged over the arc.
 //!
-//! u = ½ (1 + tanh((1 − ρ)/w)) is 1 inside a region and 0 outside, with ρⁿ = |(x − x₀)/a|ⁿ + |(y − y₀)/b|ⁿ: an ellipse for n = 2, nearly
-//! a box for n = 16, its sides along the work coordinates. w is the half width of the soft border over the half width of the region.
+//! u is 1 inside a region, 0 outside and ½ on its border ρ = 1, with ρⁿ = |(x − x₀)/a|ⁿ + |(y − y₀)/b|ⁿ: an ellipse for n = 2, nearly a box
+//! for n = 16, its sides along the work coordinates. Across the border u falls as 3s² − 2s³ over ρ = 1 ± 1.5 w, where its slope is
+//! −1/(2w): w is the half width of the soft border over the half width of the region.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, Place, State};
 
@@ -66,7 +67,7 @@ pub const EFFECT: Effect = Effect {
             name: "border",
             unit: "-",
             min: 0.02,
-            max: 2.0,
+            max: WIDEST_BORDER,
             starts: &[0.1, 0.4],
             neutral: None,
             place: None,
@@ -96,9 +97,15 @@ pub const EFFECT: Effect = Effect {
 /// 8 mm.
 const LEAST_SIDE_MM: f64 = 2.0;
 
+/// Half width of the border over that of the region from which it is a slope over the part, as wear is: by definition.
+const WIDEST_BORDER: f64 = 1.0;
+
 fn refused(p: &[f64], _clock_s: f64) -> Option<String> {
     let side_mm = (p[2] - p[1]).abs().min((p[4] - p[3]).abs());
-    (side_mm < LEAST_SIDE_MM).then(|| format!("a region {side_mm:.2} mm wide is no zone of a material"))
+    if side_mm < LEAST_SIDE_MM {
+        return Some(format!("a region {side_mm:.2} mm wide is no zone of a material"));
+    }
+    (p[5] >= WIDEST_BORDER).then(|| "its border is as wide as the region: a slope over the part, no zone".to_owned())
 }
 
 fn change(p: &[f64], state: &State) -> Change {
@@ -111,16 +118,17 @@ fn change(p: &[f64], state: &State) -> Change {
     Change { cutting, edge, ..Change::default() }
 }
 
-/// u at (a, b) half widths from the centre, a ≥ b: ρ lies between a and √2 a, and far from the border u is 0 or 1.
+/// u at (a, b) half widths from the centre, a ≥ b. ρ lies between a and √2 a, so that it need not be known far from the border.
 fn inside(a: f64, b: f64, squareness: f64, border: f64) -> f64 {
-    if a > 1.0 + FAR * border {
+    let reach = REACH * border;
+    if a >= 1.0 + reach {
         return 0.0;
     }
-    if std::f64::consts::SQRT_2 * a < 1.0 - FAR * border {
+    if std::f64::consts::SQRT_2 * a <= 1.0 - reach {
         return 1.0;
     }
-    // ½(1 + tanh x) = 1/(1 + e^(−2x)).
-    1.0 / (1.0 + (2.0 * (radius(a, b, squareness) - 1.0) / border).exp())
+    let s = ((1.0 + reach - radius(a, b, squareness)) / (2.0 * reach)).clamp(0.0, 1.0);
+    s * s * (3.0 - 2.0 * s)
 }
 
 /// ρ. For the exponent that the search uses it is worked out by square roots: `powf` would take most of the time of the search.
@@ -135,8 +143,8 @@ fn radius(a: f64, b: f64, squareness: f64) -> f64 {
 /// Squareness of the region while it is looked for.
 const ROUND_BOX: f64 = 4.0;
 
-/// Half widths of the border beyond which u is 0 or 1 to 1e-8.
-const FAR: f64 = 10.0;
+/// Half widths of the border beyond which u is 0 or 1.
+const REACH: f64 = 1.5;
 
 #[cfg(test)]
 mod tests {
@@ -154,6 +162,12 @@ mod tests {
     fn a_region_narrower_than_two_millimetres_is_refused() {
         let wide = |mm: f64| [0.3, 10.0, 40.0, 5.0, 5.0 + mm, 0.1, 4.0];
         assert!((EFFECT.refused)(&wide(1.9), 0.0).is_some() && (EFFECT.refused)(&wide(2.1), 0.0).is_none());
+    }
+
+    #[test]
+    fn a_region_whose_border_is_as_wide_as_itself_is_refused() {
+        let soft = |border: f64| [0.3, 10.0, 40.0, 5.0, 35.0, border, 4.0];
+        assert!((EFFECT.refused)(&soft(1.0), 0.0).is_some() && (EFFECT.refused)(&soft(0.99), 0.0).is_none());
     }
 
     #[test]

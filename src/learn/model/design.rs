@@ -151,17 +151,38 @@ pub fn carried_over(data: &Data, lag_s: f64, residual: &[f64]) -> Option<Vec<f64
 
 /// Σ β·column with the columns as the effects change them.
 pub fn load(data: &Data, acting: &[&Acting], base: &[f64]) -> Vec<f64> {
-    let whole = combined(acting);
-    let ratio = feed_ratio(data, whole.acceleration);
-    let mut sum = vec![0.0; data.len()];
-    for class in [Class::Tare, Class::Cutting, Class::Edge] {
+    load_of_parts(data, &parts(data, acting, base), acting)
+}
+
+const CLASSES: [Class; 3] = [Class::Tare, Class::Cutting, Class::Edge];
+
+/// Σ β·column of the tare, of the cutting and of the edge terms, in the geometry as the effects change it, before their factors.
+pub fn parts(data: &Data, acting: &[&Acting], base: &[f64]) -> [Vec<f64>; 3] {
+    let sizes = variant_sizes(data, &combined(acting));
+    CLASSES.map(|class| {
         let mut part = vec![0.0; data.len()];
         for (b, beta) in base.iter().enumerate().filter(|(b, _)| data.base[*b].class == class) {
             part.iter_mut().zip(&data.columns[b]).for_each(|(p, x)| *p += beta * x);
-            for (size, more) in variant_sizes(data, &whole) {
+            for (size, more) in &sizes {
                 part.iter_mut().zip(&more[b]).for_each(|(p, m)| *p += beta * size * m);
             }
         }
+        part
+    })
+}
+
+/// Does an effect with other values leave the parts of a load as they are?
+pub fn leaves_parts(before: &Acting, after: &Acting) -> bool {
+    combined(&[before]) == combined(&[after])
+}
+
+/// The load with these [`parts`].
+pub fn load_of_parts(data: &Data, parts: &[Vec<f64>; 3], acting: &[&Acting]) -> Vec<f64> {
+    let whole = combined(acting);
+    let ratio = feed_ratio(data, whole.acceleration);
+    let mut sum = vec![0.0; data.len()];
+    for (class, part) in CLASSES.into_iter().zip(parts) {
+        let mut part = part.clone();
         multiply_by_factors(&mut part, class, acting, ratio.as_ref());
         sum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
     }

@@ -10,8 +10,8 @@
 use crate::effects::{Geometry, Parameter, Place};
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::model::design::{
-    Acting, FittedEffect, acting, acting_on, before_drive, changed_columns, combined, load, load_from_readings,
-    measured, slopes_of_readings,
+    Acting, FittedEffect, acting, acting_on, before_drive, changed_columns, combined, leaves_parts, load,
+    load_from_readings, load_of_parts, measured, parts, slopes_of_readings,
 };
 use crate::learn::regress::statistics::dot;
 use nalgebra::{DMatrix, DVector};
@@ -138,11 +138,14 @@ pub fn fit_weighed(data: &Data, weight: &[f64], effects: &[FittedEffect], iterat
     Some(Fitted { model, predicted: at.predicted, squares: at.objective })
 }
 
-/// Columns of dŷ/dβ, then dŷ/dθ, at a fitted model.
+/// Columns of dŷ/dβ, then dŷ/dθ, at a fitted model; 0 for θ that are not fitted.
 pub fn jacobian(data: &Data, fitted: &Fitted) -> Vec<Vec<f64>> {
     let search = Search::new(data, &data.weight);
     let effects = &fitted.model.effects;
-    search.jacobian(&search.point(fitted.model.base.clone(), effects.clone(), search.acting(effects)))
+    let at = search.point(fitted.model.base.clone(), effects.clone(), search.acting(effects));
+    let mut columns = search.jacobian(&at);
+    columns.iter_mut().for_each(|column| column.resize(data.len(), 0.0));
+    columns
 }
 
 struct Search<'a> {
@@ -161,6 +164,8 @@ struct Point {
     base: Vec<f64>,
     theta: Vec<FittedEffect>,
     acting: Vec<Rc<Acting>>,
+    /// The load before the factors of the effects.
+    parts: [Vec<f64>; 3],
     /// Σ β·column, before the drive's excess.
     load: Vec<f64>,
     predicted: Vec<f64>,
@@ -199,10 +204,11 @@ impl<'a> Search<'a> {
 
     fn point(&self, base: Vec<f64>, theta: Vec<FittedEffect>, acting: Vec<Rc<Acting>>) -> Point {
         let all: Vec<&Acting> = acting.iter().map(Rc::as_ref).collect();
-        let load = load(self.data, &all, &base);
+        let parts = parts(self.data, &all, &base);
+        let load = load_of_parts(self.data, &parts, &all);
         let predicted = measured(self.data, load.clone(), &all);
         let objective = self.squares(&predicted) + self.prior(&base);
-        Point { base, theta, acting, load, predicted, objective }
+        Point { base, theta, acting, parts, load, predicted, objective }
     }
 
     /// β for these θ by linear least squares, clamped to its bounds, and whether it was clamped. If the drive has an
@@ -245,7 +251,7 @@ impl<'a> Search<'a> {
         columns
     }
 
-    /// XᵀWX and XᵀWy. Columns are finite in samples without weight too, so these add 0.
+    /// XᵀWX and XᵀWy; an empty column counts as 0. Columns are finite in samples without weight too, so these add 0.
     fn sums(&self, columns: &[Vec<f64>], y: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
         let p = columns.len();
         let (mut normal, mut rhs) = (DMatrix::zeros(p, p), DVector::zeros(p));
@@ -340,7 +346,7 @@ impl<'a> Search<'a> {
         (normal, gradient)
     }
 
-    /// Columns of dŷ/dβ, then dŷ/dθ.
+    /// Columns of dŷ/dβ, then dŷ/dθ; empty for θ that are not fitted.
     fn jacobian(&self, at: &Point) -> Vec<Vec<f64>> {
         let mut columns = self.columns(&at.acting());
         if let Some(slopes) = slopes_of_readings(self.data, &at.load, &combined(&at.acting()).excess) {
@@ -360,7 +366,7 @@ impl<'a> Search<'a> {
         let mut each = at.theta[e].clone();
         let parameter = &each.effect.parameters[k];
         if parameter.is_scanned() || !each.free[k] {
-            return vec![0.0; self.data.len()];
+            return Vec::new();
         }
         let value = each.values[k];
         let size = 1e-4 * value.abs().max(1e-2 * parameter.max.min(1.0));
@@ -372,7 +378,12 @@ impl<'a> Search<'a> {
             if all_count { acting(&each, self.data) } else { acting_on(&each, self.data, self.used.iter().copied()) };
         let mut all = at.acting();
         all[e] = &own;
-        let moved = measured(self.data, load(self.data, &all, &at.base), &all);
+        let load = if leaves_parts(&at.acting[e], &own) {
+            load_of_parts(self.data, &at.parts, &all)
+        } else {
+            load(self.data, &all, &at.base)
+        };
+        let moved = measured(self.data, load, &all);
         moved.iter().zip(&at.predicted).map(|(m, a)| (m - a) / step).collect()
     }
 
