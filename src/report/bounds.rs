@@ -8,12 +8,12 @@ use crate::outcome::Written;
 pub const KEPT: &str = "kept as programmed";
 
 /// One thing that bounds the feed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Share {
     /// Name of the limit, or [`KEPT`].
     pub name: &'static str,
     /// Why the feed is kept; `None`: a limit, or nothing allows more.
-    pub reason: Option<&'static str>,
+    pub reason: Option<String>,
     /// Share of the cutting time, %.
     pub percent: f64,
 }
@@ -30,8 +30,8 @@ pub fn shares(written: &Written) -> Vec<Share> {
             continue;
         }
         let mut rest_s = seconds;
-        for &(why, not_raised_s) in &schedule.not_raised_s {
-            add(&mut found, share(KEPT, Some(why.why()), not_raised_s));
+        for &(kept, not_raised_s) in &schedule.not_raised_s {
+            add(&mut found, share(KEPT, Some(kept.in_words()), not_raised_s));
             rest_s -= not_raised_s;
         }
         if rest_s > 1e-9 * whole_s {
@@ -44,7 +44,7 @@ pub fn shares(written: &Written) -> Vec<Share> {
 
 /// Two reasons may read the same.
 fn add(found: &mut Vec<Share>, share: Share) {
-    match found.iter_mut().find(|known| (known.name, known.reason) == (share.name, share.reason)) {
+    match found.iter_mut().find(|known| (known.name, &known.reason) == (share.name, &share.reason)) {
         Some(known) => known.percent += share.percent,
         None => found.push(share),
     }
@@ -69,9 +69,10 @@ mod tests {
     use crate::nc::Freeze;
     use crate::outcome::Check;
     use crate::rewrite::Stats;
+    use crate::schedule::problem::{Kept, KeptPlace};
     use crate::schedule::{NotRaised, Realised, Schedule};
 
-    fn written(active_s: Vec<(LimitKind, f64)>, not_raised_s: Vec<(NotRaised, f64)>) -> Written {
+    fn written(active_s: Vec<(LimitKind, f64)>, not_raised_s: Vec<(Kept, f64)>) -> Written {
         Written {
             bytes: Vec::new(),
             files: Vec::new(),
@@ -87,7 +88,8 @@ mod tests {
     #[test]
     fn shares_add_to_one_hundred_with_what_is_kept_by_reason() {
         let active = vec![(LimitKind::ForceXy, 5.0), (LimitKind::Programmed, 4.0), (LimitKind::Jerk, 3.0)];
-        let kept = vec![(NotRaised::Plunge, 1.0), (NotRaised::Frozen(Freeze::Tool), 2.0)];
+        let here = |why| Kept { why, place: KeptPlace::Here };
+        let kept = vec![(here(NotRaised::Plunge), 1.0), (here(NotRaised::Frozen(Freeze::Tool)), 2.0)];
         let found = shares(&written(active, kept));
         assert!((found.iter().map(|share| share.percent).sum::<f64>() - 100.0).abs() < 1e-9);
         assert_eq!(whole(&found).iter().sum::<u32>(), 100, "{found:?}");
@@ -95,5 +97,16 @@ mod tests {
         assert_eq!(names[..3], [("force_xy", false), ("jerk", false), (KEPT, true)]);
         assert!(found.contains(&Share { name: KEPT, reason: None, percent: 100.0 / 12.0 }), "{found:?}");
         assert!(shares(&written(Vec::new(), Vec::new())).is_empty());
+    }
+
+    #[test]
+    fn a_feed_kept_for_another_place_is_said_as_such() {
+        let at = |place| (Kept { why: NotRaised::Entry, place }, 1.0);
+        let kept = vec![at(KeptPlace::Here), at(KeptPlace::SameFeed), at(KeptPlace::AnotherRun)];
+        let found = shares(&written(vec![(LimitKind::Programmed, 3.0)], kept));
+        let reasons: Vec<String> = found.into_iter().filter_map(|share| share.reason).collect();
+        assert!(reasons[0].starts_with("lead-in"));
+        assert!(reasons[1].starts_with("for another place with the same F word: lead-in"));
+        assert!(reasons[2].contains("runs of the same line") && reasons[2].contains("--expand"));
     }
 }

@@ -129,7 +129,7 @@ struct LimitPart {
 #[derive(Serialize, JsonSchema)]
 struct BoundPart {
     name: &'static str,
-    reason: Option<&'static str>,
+    reason: Option<String>,
     percent: f64,
 }
 
@@ -355,7 +355,7 @@ fn limit(figure: &LimitFigure) -> LimitPart {
 }
 
 fn bound(share: &Share) -> BoundPart {
-    BoundPart { name: share.name, reason: share.reason, percent: share.percent }
+    BoundPart { name: share.name, reason: share.reason.clone(), percent: share.percent }
 }
 
 fn constancy(figure: &LimitFigure) -> Option<ConstancyPart> {

@@ -210,7 +210,7 @@ fn bounds(figures: &Figures) -> String {
         return String::new();
     }
     let named =
-        |share: &bounds::Share| match (LimitKind::ALL.iter().find(|kind| kind.name() == share.name), share.reason) {
+        |share: &bounds::Share| match (LimitKind::ALL.iter().find(|kind| kind.name() == share.name), &share.reason) {
             (_, Some(why)) => format!("kept, {why}"),
             (Some(kind), None) => plain(*kind).to_owned(),
             (None, None) => share.name.to_owned(),

@@ -11,8 +11,9 @@
 
 use super::exact_pass::{cap_prices, exact_pass, time_slopes};
 use super::optimum::Optimum;
-use super::problem::{Holder, NotRaised, Problem};
+use super::problem::{Holder, Kept, KeptPlace, Problem};
 use crate::machine::LimitKind;
+use crate::nc::Toolpath;
 
 /// Share of its cap that a speed must reach for the cap to count as binding; below it the accelerations of the machine do.
 const AT_CAP: f64 = 0.98;
@@ -32,7 +33,7 @@ pub struct Active {
     /// By limit, s.
     pub by_limit_s: Vec<(LimitKind, f64)>,
     /// That of [`LimitKind::Programmed`] by the reason why the feed is not raised, s.
-    pub not_raised_s: Vec<(NotRaised, f64)>,
+    pub not_raised_s: Vec<(Kept, f64)>,
 }
 
 /// Prices of an optimum.
@@ -46,9 +47,10 @@ pub fn prices(problem: &Problem, optimum: &Optimum) -> Prices {
 }
 
 /// Cutting time of the written program by what bounds it; `holders` by node.
-pub fn active(problem: &Problem, optimum: &Optimum, holders: &[Holder]) -> Active {
+pub fn active(problem: &Problem, toolpath: &Toolpath, optimum: &Optimum, holders: &[Holder]) -> Active {
     let mut by_limit = [0.0; LimitKind::ALL.len()];
-    let mut not_raised_s: Vec<(NotRaised, f64)> = Vec::new();
+    let mut not_raised_s: Vec<(Kept, f64)> = Vec::new();
+    let runs_again = |tag: usize| toolpath.moves[problem.nodes[tag].move_id.ix()].shared.is_some();
     for (i, leg_s) in optimum.leg_times().into_iter().enumerate() {
         let tag = optimum.tags[i] as usize;
         if !problem.nodes[tag].cutting {
@@ -56,7 +58,8 @@ pub fn active(problem: &Problem, optimum: &Optimum, holders: &[Holder]) -> Activ
         }
         let length_mm = optimum.chain.legs[i].ds_mm;
         let holder = holders[tag];
-        let (kind, node, time_s) = if holder.is_elsewhere(length_mm / leg_s) {
+        let is_elsewhere = holder.is_elsewhere(length_mm / leg_s);
+        let (kind, node, time_s) = if is_elsewhere {
             let node = &problem.nodes[holder.node as usize];
             (if node.free { node.cap.kind } else { LimitKind::Programmed }, node, length_mm / holder.feed_mm_s)
         } else {
@@ -64,9 +67,17 @@ pub fn active(problem: &Problem, optimum: &Optimum, holders: &[Holder]) -> Activ
         };
         by_limit[kind as usize] += time_s;
         if let (LimitKind::Programmed, Some(why)) = (kind, node.not_raised) {
-            match not_raised_s.iter_mut().find(|(known, _)| *known == why) {
+            let place = if !is_elsewhere {
+                KeptPlace::Here
+            } else if runs_again(tag) {
+                KeptPlace::AnotherRun
+            } else {
+                KeptPlace::SameFeed
+            };
+            let kept = Kept { why, place };
+            match not_raised_s.iter_mut().find(|(known, _)| *known == kept) {
                 Some((_, seconds)) => *seconds += time_s,
-                None => not_raised_s.push((why, time_s)),
+                None => not_raised_s.push((kept, time_s)),
             }
         }
     }

@@ -80,6 +80,40 @@ impl NotRaised {
     }
 }
 
+/// A reason for a programmed feed in the written program, and the place that has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Kept {
+    /// The reason.
+    pub why: NotRaised,
+    /// Where it holds.
+    pub place: KeptPlace,
+}
+
+/// The place for which a feed is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeptPlace {
+    /// The place itself.
+    Here,
+    /// Another one under the same F word.
+    SameFeed,
+    /// Another one in the runs of a line that is executed several times, all with one feed.
+    AnotherRun,
+}
+
+impl Kept {
+    /// For reports, after "kept,".
+    pub fn in_words(self) -> String {
+        let why = self.why.why();
+        match self.place {
+            KeptPlace::Here => why.to_owned(),
+            KeptPlace::SameFeed => format!("for another place with the same F word: {why}"),
+            KeptPlace::AnotherRun => {
+                format!("for another place in the runs of the same line, which --expand writes apart: {why}")
+            }
+        }
+    }
+}
+
 /// One piece of path with one set of bounds: usually a station of the engagement map. The nodes of a feed move tile it;
 /// a rapid has one node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -288,7 +322,7 @@ pub struct Schedule {
     pub active_s: Vec<(LimitKind, f64)>,
     /// The part of `active_s` that [`LimitKind::Programmed`] bounds, by the reason why the feed is not raised, s. Time without such a
     /// reason is left out.
-    pub not_raised_s: Vec<(NotRaised, f64)>,
+    pub not_raised_s: Vec<(Kept, f64)>,
     /// How it was solved: one sentence for the report.
     pub how: String,
     /// Minimum feeds that are not kept because the same F word also covers a place with a lower cap. `cap` is the feed of that word with

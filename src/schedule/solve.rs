@@ -221,7 +221,7 @@ pub fn explain(schedule: &mut Schedule, problem: &Problem, toolpath: &Toolpath, 
     let optimum = optimum(node_track(problem, toolpath, job), 0.0);
     let prices = prices(problem, &optimum);
     schedule.holders = holders(problem, toolpath, &schedule.pieces);
-    let active = active(problem, &optimum, &schedule.holders);
+    let active = active(problem, toolpath, &optimum, &schedule.holders);
     put_prices(&mut schedule.pieces, problem, &prices.node_s);
     schedule.missed = missed(problem, &schedule.pieces, &fastest_s(problem, toolpath, job));
     (schedule.shadow_prices, schedule.active_s, schedule.not_raised_s) =

@@ -184,7 +184,7 @@ fn limits(figures: &Figures) -> Markup {
 
 fn bounds(figures: &Figures) -> Markup {
     let row = |share: &Share| {
-        let reason = share.reason.unwrap_or_default().to_owned();
+        let reason = share.reason.clone().unwrap_or_default();
         let kind = LimitKind::ALL.into_iter().find(|kind| kind.name() == share.name);
         vec![kind.map_or(share.name, plain).to_owned(), format!("{:.1} %", share.percent), reason]
     };
