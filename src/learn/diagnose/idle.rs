@@ -4,9 +4,9 @@
 //! In the whole log a change of the tare is small beside the load, and what the model of the load lacks hides it or passes for it. Where
 //! nothing is cut, the reading is the tare. So the effects on the tare are looked for there first, by the same tests, and a curve of
 //! the tare where their laws leave something. Those that have no rival there stay in the model, as they are, while the others are looked
-//! for.
+//! for. The losses of a drive are a rival: what the spindle takes without a cut grows with its speed, and they with that.
 
-use crate::effects::{Multiplies, State};
+use crate::effects::{Effect, Multiplies, State};
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::PLACED_BY;
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
@@ -65,8 +65,9 @@ impl Diagnosis<'_> {
 
     /// The effects that the readings without a cut show and for which they have no rival; and the number of models fitted.
     fn effects_of_tare(&self, idle: &Data) -> Option<(Vec<Shown>, usize)> {
-        let on_tare = self.options.candidates.iter().copied().filter(|each| each.multiplies == Multiplies::Tare);
-        let options = Options { candidates: on_tare.collect(), known: Vec::new(), ..self.options.clone() };
+        let acts = |each: &&Effect| each.multiplies == Multiplies::Tare || has_losses(each);
+        let candidates = self.options.candidates.iter().copied().filter(acts).collect();
+        let options = Options { candidates, known: Vec::new(), ..self.options.clone() };
         let train = idle.with_weights(without(idle, |i| self.split.test[i]));
         if train.used().count() < PLACED_BY {
             return None;
@@ -95,6 +96,9 @@ impl Diagnosis<'_> {
         let effects = &found.model.effects;
         let is_sure = |e: &usize| {
             let name = effects[*e].effect.name;
+            if has_losses(effects[*e].effect) {
+                return false;
+            }
             if is_unnamed(effects[*e].effect) {
                 return search.rivals_of_curve(effects, *e).is_empty();
             }
@@ -108,6 +112,12 @@ impl Diagnosis<'_> {
         let sure = (0..effects.len()).filter(is_sure).filter_map(|e| with_evidence(&effects[e])).collect();
         Some((sure, search.tried))
     }
+}
+
+/// Does the reading exceed the load with this effect? Then it acts without a cut as well.
+fn has_losses(effect: &Effect) -> bool {
+    let start: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.starts[0]).collect();
+    (effect.change)(&start, &State::default()).excess.at_full != 0.0
 }
 
 /// The readings of a log without a cut: weight only where neither the sample nor one beside it has a load, and base coefficients of the
@@ -149,9 +159,14 @@ mod tests {
     /// Samples at the beginning of each block in which nothing is cut.
     const IDLE: usize = 15;
 
-    /// A log whose blocks turn slowly and fast in turn. The tare is 50 times `tare` of that, the load 100 to 160 and in three blocks of
-    /// six a third higher, which no model here knows.
+    /// A log whose blocks turn slowly and fast in turn. The tare is 50 times `tare` of that and declared as 50, the load 100 to 160 and in
+    /// three blocks of six a third higher, which no model here knows.
     fn log(tare: impl Fn(bool) -> f64) -> Data {
+        log_with_declared(|_| 50.0, |is_fast| 50.0 * tare(is_fast))
+    }
+
+    /// The same with these tares.
+    fn log_with_declared(declared: impl Fn(bool) -> f64, tare: impl Fn(bool) -> f64) -> Data {
         let is_fast = |i: usize| (i / EACH).is_multiple_of(2);
         let state = |i: usize| State {
             rps: if is_fast(i) { 150.0 } else { 90.0 },
@@ -168,8 +183,8 @@ mod tests {
             |name: &str, class| Base { name: name.into(), unit: String::new(), class, prior: None, bounds: UNBOUNDED };
         Data {
             base: vec![base("tare", Class::Tare), base("k_tc", Class::Cutting)],
-            columns: vec![vec![50.0; n], (0..n).map(cut).collect()],
-            reading: (0..n).map(|i| 50.0 * tare(is_fast(i)) + cut(i) * (1.0 + hidden(i)) + noise(i)).collect(),
+            columns: vec![(0..n).map(|i| declared(is_fast(i))).collect(), (0..n).map(cut).collect()],
+            reading: (0..n).map(|i| tare(is_fast(i)) + cut(i) * (1.0 + hidden(i)) + noise(i)).collect(),
             ..data
         }
     }
@@ -196,6 +211,16 @@ mod tests {
     #[test]
     fn a_steady_tare_has_no_effect_whatever_the_load_does() {
         assert!(found(&log(|_| 1.0))[0].model.effects.is_empty());
+    }
+
+    #[test]
+    fn a_tare_that_rises_as_losses_of_the_drive_would_make_it_is_left_to_all_readings() {
+        let declared = |is_fast: bool| if is_fast { 80.0 } else { 50.0 };
+        let log = log_with_declared(declared, |is_fast| declared(is_fast) * if is_fast { 1.2 } else { 1.1 });
+        assert!(found(&log)[0].model.effects.is_empty());
+        // Losses do not fall as the load rises.
+        let log = log_with_declared(declared, |is_fast| declared(is_fast) * if is_fast { 1.0 } else { 1.2 });
+        assert_eq!(found(&log)[0].model.effects.len(), 1);
     }
 
     #[test]
