@@ -37,15 +37,16 @@ impl Diagnosis<'_> {
     }
 
     /// Of other models the one of least cost, if that is below the cost of this one, and its held-out error not clearly above. It may need no
-    /// more curves without a name: these correct a wrong name as well as a true one. Nor may it only have names beside those of this one, where the
-    /// search has refused them.
+    /// more curves without a name: these correct a wrong name as well as a true one. Nor may it only have names beside all of this one, where the
+    /// search has refused them; in the place of a curve they may stand.
     fn least_of(&self, best: &Fitted, others: &[&Fitted]) -> Option<usize> {
         let cost = self.cost_beside(best);
         let left_out = |model: &Fitted| held_out_residuals(&self.train, &model.model.effects, self.split);
         let left = left_out(best);
         let own = names(best);
-        let only_adds = |other: &Fitted| !own.is_empty() && own.iter().all(|name| names(other).contains(name));
         let curves = |model: &Fitted| model.model.effects.len() - names(model).len();
+        let has_all = |other: &Fitted| !own.is_empty() && own.iter().all(|name| names(other).contains(name));
+        let only_adds = |other: &Fitted| has_all(other) && curves(other) == curves(best);
         let is_less = |other: &Fitted| {
             curves(other) <= curves(best)
                 && !only_adds(other)
@@ -70,10 +71,15 @@ mod tests {
     use crate::learn::diagnose::forms::FORM_ROUNDS;
     use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
     use crate::learn::model::design::FittedEffect;
-    use crate::learn::model::fit::fit;
+    use crate::learn::model::fit::{Fitted, fit};
 
     /// Which of four models costs less than one with these names, if the load depends on milling mode and speed by these shares. The fourth has a curve.
     fn least(shares: [f64; 2], beside: &[&str]) -> Option<usize> {
+        least_beside(shares, beside, &[])
+    }
+
+    /// The same where curves over the speed, bent at these two, rps, stand beside the names.
+    fn least_beside(shares: [f64; 2], beside: &[&str], bends_rps: &[[f64; 2]]) -> Option<usize> {
         let turn = |i: usize, every: usize| if ((i / EACH) / every).is_multiple_of(2) { 1.0 } else { -1.0 };
         let state = |i: usize| State {
             up_share: turn(i, 1),
@@ -93,14 +99,20 @@ mod tests {
             fit(&data, &names.iter().map(each).collect::<Vec<_>>(), FORM_ROUNDS).unwrap()
         };
         let both = ["up-down-asymmetry", "cutting-speed"];
-        let at = |k: usize| [60.0, 120.0].get(k).copied().unwrap_or(BEYOND);
-        let values: Vec<f64> = (0..KNOTS).map(at).chain(vec![1.0; KNOTS]).chain([0.0]).collect();
-        let free = (0..values.len()).map(|k| k == KNOTS + 1).collect();
-        let curve = FittedEffect { effect: named("unnamed-load-spindle-speed").unwrap(), values, free };
+        let curve = |bends: [f64; 2]| {
+            let at = |k: usize| bends.get(k).copied().unwrap_or(BEYOND);
+            let values: Vec<f64> = (0..KNOTS).map(at).chain(vec![1.0; KNOTS]).chain([0.0]).collect();
+            let free = (0..values.len()).map(|k| k == KNOTS + 1).collect();
+            FittedEffect { effect: named("unnamed-load-spindle-speed").unwrap(), values, free }
+        };
+        let with_curves = |model: &Fitted, bends: &[[f64; 2]]| {
+            let curves = bends.iter().map(|bends| curve(*bends)).collect();
+            fit(&data, &[model.model.effects.clone(), curves].concat(), FORM_ROUNDS).unwrap()
+        };
         let [up, fast, both] = [&both[..1], &both[1..], &both].map(with);
-        let corrected = fit(&data, &[up.model.effects.clone(), vec![curve]].concat(), FORM_ROUNDS).unwrap();
+        let corrected = with_curves(&up, &[[60.0, 120.0]]);
         let models = [&up, &fast, &both, &corrected];
-        begun(&data, &split, &options, 1.0).least_of(&with(beside), &models)
+        begun(&data, &split, &options, 1.0).least_of(&with_curves(&with(beside), bends_rps), &models)
     }
 
     #[test]
@@ -114,5 +126,13 @@ mod tests {
     #[test]
     fn a_name_that_was_refused_beside_another_does_not_come_back_another_way() {
         assert_eq!(least([0.1, 0.1], &["up-down-asymmetry"]), None);
+    }
+
+    #[test]
+    fn a_name_may_stand_in_the_place_of_a_curve_that_explains_less() {
+        // No speed is above the bends.
+        let useless = [[300.0, 400.0]];
+        assert_eq!(least_beside([0.1, 0.1], &["up-down-asymmetry"], &useless), Some(2));
+        assert_eq!(least_beside([0.1, 0.0], &["up-down-asymmetry"], &[[60.0, 120.0]]), Some(0));
     }
 }
