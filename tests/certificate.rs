@@ -17,6 +17,7 @@ use feedwright::certify::interval::Interval;
 use feedwright::certify::place::{Arc, Place};
 use feedwright::certify::text::sha256;
 use feedwright::machine::LimitKind;
+use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
@@ -267,5 +268,25 @@ fn a_narrow_arc_is_bounded_by_the_height_that_is_engaged_at_once() {
         let ratio = bound(rings) / force;
         println!("{rings} rings: {ratio:.4}");
         assert!((1.0..1.0 + 0.008 / width).contains(&ratio), "{rings} rings: {ratio}");
+    }
+}
+
+/// Straight down, all of the end face cuts: three edges of R mm, each with the chip of the feed per tooth, along the axis. An arc of a turn ends where
+/// it begins; an edge that counted twice there had four in place of three.
+#[test]
+fn an_arc_of_a_turn_has_each_tooth_once() {
+    let (job, _) = feedwright::setup::load(&by_hand()[0].setup, Path::new(".")).unwrap();
+    let tool = job.tool(1).unwrap();
+    let known = Ellipsoid::of(&job, tool, 100.0, 0.95).unwrap();
+    let face = tool.profile.segments.iter().position(|of| of.at(0.5).1[1] < -0.999).unwrap();
+    let feed = 0.05;
+    for rounded in [0.0, 1e-6] {
+        let arcs = [Arc { ring: 0, entry: -0.5 * PI - rounded, exit: 1.5 * PI + rounded }];
+        let parts = [Part { segment: face, from: 0.0, to: 1.0 }];
+        let place = Place::new(tool, &parts, &arcs, Interval::exact(-1.0)).unwrap();
+        let bound = place.most(LimitKind::ForceAxial, feed, 100.0, 0.0, &known).unwrap();
+        // 10 % of every coefficient, at 1.95996 standard deviations.
+        let force = 1.195996 * 3.0 * 5.0 * (310.0 * feed + 11.0);
+        assert!((1.0..1.001).contains(&(bound / force)), "{rounded}: {bound} N of {force}");
     }
 }

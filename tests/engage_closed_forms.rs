@@ -4,6 +4,7 @@
 
 mod engage_common;
 use engage_common::*;
+use feedwright::ids::MoveId;
 use feedwright::machine::{Profile, Shape};
 use feedwright::path::Plane;
 use std::f64::consts::PI;
@@ -35,6 +36,46 @@ fn a_slot_engages_half_the_circle() {
     let expected = 3.2 * 40.0 * 10.0;
     assert!((map.removed_mm3 / expected - 1.0).abs() < 1e-3, "{}", map.removed_mm3);
     assert!((volume_of(&map, 0) / expected - 1.0).abs() < 3e-3, "{}", volume_of(&map, 0));
+}
+
+/// A slot that turns left by a right angle: at the beginning of the second leg all that stands to the right of straight ahead is engaged, at most
+/// 1.7° more after a step of 2 µm; s mm further on what is beyond acos(1 − s/R) before that, and a station of a mm has both. So it is at the
+/// beginning of the path from the air, and where it leaves the block. A station that is cut in parts has the same ends.
+#[test]
+fn where_a_path_begins_or_ends_what_is_engaged_there_is_known() {
+    let mut path = Path::from([-10.0, 0.0, -3.0]);
+    path.line([20.0, 0.0, -3.0]).line([20.0, 60.0, -3.0]);
+    let map = run(&path, &job(vec![flat(10.0)], vec![block([0.0, -20.0, -10.0], [40.0, 40.0, 0.0])]), 0.1, 1.0);
+    let degrees = |arcs: &[feedwright::engage::EngagedArc]| {
+        arcs.first().map(|arc| [arc.entry_rad, arc.exit_rad].map(f32::to_degrees))
+    };
+    let near = |found: Option<[f32; 2]>, wanted: [f32; 2], by: f32| {
+        assert!(found.is_some_and(|found| (0..2).all(|k| (found[k] - wanted[k]).abs() < by)), "{found:?} {wanted:?}");
+    };
+    let legs = [0, 1].map(|leg| {
+        let all: Vec<_> = stations(&map, leg).iter().filter(|station| station.arc_count > 0).collect();
+        let [first, between @ .., last] = all.as_slice() else { panic!("{leg}: {}", all.len()) };
+        assert!(between.iter().all(|station| station.at_ends == [0; 2]), "{leg}: between its ends");
+        [*first, *last]
+    });
+    let [[entering, stopping], [turning, leaving]] = legs;
+    // The slot's end shows half of the rim: what the station has, so nothing is kept for it.
+    assert_eq!(degrees(map.arcs_at_ends(stopping)[1]), None);
+    near(degrees(map.arcs_of(stopping)), [0.0, 180.0], 0.01);
+    near(degrees(map.arcs_at_ends(turning)[0]), [90.0, 180.0], 1.7);
+    near(degrees(map.arcs_of(turning)), [90.0 - 0.8f32.acos().to_degrees(), 180.0], 0.1);
+    assert_eq!(degrees(map.arcs_at_ends(turning)[1]), None);
+    // Within 0.02 mm of where it comes to the block, and of where it leaves it.
+    near(degrees(map.arcs_at_ends(entering)[0]), [90.0; 2], (1.0f32 - 0.02 / 5.0).acos().to_degrees());
+    let [from, to] = degrees(map.arcs_at_ends(leaving)[1]).unwrap();
+    assert!(from < 0.01 && to < 1.7 || from > 178.3, "{from} {to}");
+    let parts = map.clone().cut_to(0.3);
+    let of = |place: f64| {
+        let all = parts.stations_of(MoveId(1));
+        parts.arcs_at_ends(&all[(place * (all.len() - 1) as f64) as usize]).map(<[_]>::len)
+    };
+    assert_eq!(of(0.0), map.arcs_at_ends(turning).map(<[_]>::len));
+    assert!(parts.stations_of(MoveId(1)).iter().filter(|part| part.at_ends != [0; 2]).count() <= 2);
 }
 
 #[test]

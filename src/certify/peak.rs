@@ -15,7 +15,7 @@
 //! Boxes of rotations and directions are halved until each is below the limit, or too small: then its bound stands. Sums are plain
 //! doubles; what their rounding can be (some hundred operations, each 2⁻⁵³ of terms whose magnitude is summed up beside) is added.
 
-use std::f64::consts::FRAC_PI_8;
+use std::f64::consts::{FRAC_PI_8, TAU};
 
 use super::cutter::Ring;
 use super::ellipsoid::{Ellipsoid, P};
@@ -57,7 +57,9 @@ pub struct Edges {
     pub rise: [f64; 2],
 }
 
-/// Smallest sector (its bound is 1.3 parts in a thousand too high), and rotation, rad, that are looked at.
+/// Smallest sector (its bound is 1.3 parts in a thousand too high), and rotation, rad, that are looked at. What is too high by them makes up for edges
+/// that act at the middle of their rings: with 0.02 and 0.004, and a proven feed searched four times as finely, 136 of 20,000 draws of
+/// `tests/certificate_draws.rs` were above their limits by up to 0.2 %, for 0.1 % less time on a ball-end raster.
 const LEAST: [f64; 2] = [0.05, 0.008];
 /// Most boxes of a place.
 const MOST_BOXES: usize = 40_000;
@@ -238,12 +240,19 @@ impl Edge {
     }
 }
 
-/// Rotations within a period at which an arc of immersions is under a tooth of this lead, with what the immersion then exceeds the
-/// rotation by.
-pub fn passes([entry, exit]: [f64; 2], lead: f64, period: f64) -> impl Iterator<Item = ([f64; 2], f64)> {
+/// Immersions between which an edge may cut that is engaged all around, rad: more than any edge lags.
+const ANYWHERE: [f64; 2] = [-1e4, 1e4];
+
+/// When an edge of this lead, the half of which lags by so much, may be in an arc of immersions: rotations within a period, what the immersion then
+/// exceeds the rotation by, and the arc. An edge that is never all out of it counts once at every rotation: an arc of a turn ends where it
+/// begins, and would have it twice there.
+pub fn passes(arc: [f64; 2], lag: f64, lead: f64, period: f64) -> Vec<([f64; 2], f64, [f64; 2])> {
+    let [entry, exit] = [arc[0] - lag, arc[1] + lag];
+    let off = |turn: i64| lead + turn as f64 * period;
+    if exit - entry >= TAU {
+        return (0..(TAU / period).round() as i64).map(|turn| ([0.0, period], off(turn), ANYWHERE)).collect();
+    }
     let [first, last] = [((entry - lead) / period).floor() as i64 - 1, ((exit - lead) / period).ceil() as i64];
-    let turns = (first..=last).map(move |turn| lead + turn as f64 * period);
-    turns
-        .map(move |off| ([(entry - off).max(0.0), (exit - off).min(period)], off))
-        .filter(|(over, _)| over[0] < over[1])
+    let of = |off: f64| ([(entry - off).max(0.0), (exit - off).min(period)], off, arc);
+    (first..=last).map(off).map(of).filter(|(over, ..)| over[0] < over[1]).collect()
 }

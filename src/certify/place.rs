@@ -85,9 +85,9 @@ impl Place {
             for [lead, share] in &teeth.each {
                 let lag = lag_rad(tool, ring.half).abs();
                 let against = lag.min(ring.half * turn_beside(k, tool, parts, arcs, &rings));
-                let passes = passes([arc.entry - lag, arc.exit + lag], lead - lag_rad(tool, ring.z), teeth.period);
-                let (arc, ring, share) = ([arc.entry, arc.exit], *ring, *share);
-                let edge = |(over, off)| Edge {
+                let passes = passes([arc.entry, arc.exit], lag, lead - lag_rad(tool, ring.z), teeth.period);
+                let (ring, share) = (*ring, *share);
+                let edge = |(over, off, arc)| Edge {
                     over,
                     arc,
                     off,
@@ -98,7 +98,7 @@ impl Place {
                     share,
                     weights,
                 };
-                place.edges.list.extend(passes.map(edge));
+                place.edges.list.extend(passes.into_iter().map(edge));
             }
             place.take_means(arc, ring, (across.hi, rise), f64::from(tool.flutes), largest_share);
         }

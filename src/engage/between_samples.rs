@@ -1,5 +1,6 @@
 //! The path between two sampled points. In: the outcomes at both, the optional samples between them. Out: stretches with and without
-//! engagement, each with the volume removed on it and with all arcs engaged at any examined place of it ([`super::union`]).
+//! engagement, each with the volume removed on it, with all arcs engaged at any examined place of it ([`super::union`]), and with those at the
+//! first and the last of these.
 //!
 //! Where the engagement at both ends is alike, nothing is examined. Elsewhere the removal area is integrated by bisection over the optional
 //! samples. Two neighbouring optional samples are closer than the reach of a nomination, so between them any position has the candidates of
@@ -10,6 +11,7 @@
 use super::nominate::Sample;
 use super::sample_outcome::{Outcome, same};
 use super::sample_view::{Gathered, View};
+use super::scene::RawArc;
 
 /// Disagreement of two areas that is accepted over a millimetre, as a share of the larger.
 const AGREE: f64 = 4e-3;
@@ -34,6 +36,8 @@ pub struct Stretch {
     pub volume_mm3: f64,
     /// Its engagement: everything engaged anywhere on it; `None` where nothing is cut.
     pub met: Option<Outcome>,
+    /// The arcs at its first and its last place.
+    pub at_ends: [Vec<RawArc>; 2],
 }
 
 /// The stretches between two samples, in order.
@@ -85,6 +89,8 @@ pub fn look<'b>(
             to_mm,
             volume_mm3,
             met: Outcome::of_places(places.iter().map(|place| &met[*place])),
+            at_ends: [places.first(), places.last()]
+                .map(|place| place.map_or_else(Vec::new, |place| met[*place].arcs.clone())),
         })
         .collect();
     stretches.iter().any(|stretch| stretch.met.is_some()).then_some(stretches)

@@ -27,7 +27,7 @@ pub enum Unusable {
 
 /// The map as bytes.
 pub fn to_bytes(map: &EngagementMap, key: &Key) -> Vec<u8> {
-    let mut out = Vec::with_capacity(64 + map.stations.len() * 34 + map.arcs.len() * 12);
+    let mut out = Vec::with_capacity(64 + map.stations.len() * 42 + map.arcs.len() * 12);
     out.extend_from_slice(MARK);
     out.extend_from_slice(key);
     numbers(&mut out, &[map.initial_mm3, map.removed_mm3, map.remaining_mm3, map.cell_mm]);
@@ -51,7 +51,9 @@ pub fn to_bytes(map: &EngagementMap, key: &Key) -> Vec<u8> {
         out.extend_from_slice(&s.to_mm.to_le_bytes());
         out.extend_from_slice(&s.removal_area_mm2.to_le_bytes());
         out.extend_from_slice(&s.axial_depth_mm.to_le_bytes());
-        out.extend_from_slice(&s.arc_count.to_le_bytes());
+        for arcs in [s.arc_count, s.at_ends[0], s.at_ends[1]] {
+            out.extend_from_slice(&arcs.to_le_bytes());
+        }
         let flags = [s.flags.clear_air, s.flags.uncertain, s.flags.final_surface, s.flags.beside_blank];
         out.push(flags.iter().enumerate().map(|(bit, set)| u8::from(*set) << bit).sum());
     }
@@ -103,8 +105,9 @@ fn map(reader: &mut Reader) -> Option<EngagementMap> {
     })?;
     let mut arcs = 0u32;
     map.stations = reader.list(|r| {
-        let station = station(r, arcs)?;
-        arcs = arcs.checked_add(station.arc_count)?;
+        let mut station = station(r)?;
+        station.first_arc = arcs.checked_add(station.at_ends[0])?;
+        arcs = station.first_arc.checked_add(station.arc_count)?.checked_add(station.at_ends[1])?;
         Some(station)
     })?;
     map.arcs = reader.list(|r| Some(EngagedArc { slice: r.u32()?, entry_rad: r.f32()?, exit_rad: r.f32()? }))?;
@@ -124,15 +127,16 @@ fn slice(reader: &mut Reader) -> Option<Slice> {
     })
 }
 
-fn station(reader: &mut Reader, first_arc: u32) -> Option<Station> {
+fn station(reader: &mut Reader) -> Option<Station> {
     Some(Station {
         move_id: MoveId(reader.u32()?),
         from_mm: reader.f64()?,
         to_mm: reader.f64()?,
         removal_area_mm2: reader.f32()?,
         axial_depth_mm: reader.f32()?,
-        first_arc,
+        first_arc: 0,
         arc_count: reader.u32()?,
+        at_ends: [reader.u32()?, reader.u32()?],
         flags: {
             let bits = reader.u8()?;
             let bit = |k: u8| bits >> k & 1 == 1;

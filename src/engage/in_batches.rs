@@ -3,6 +3,7 @@
 use super::batch::{BatchResult, Operation, Swept, assign, run};
 use super::block_ends::Marker;
 use super::hazards::{report, report_fixtures, report_rapids};
+use super::map::goes_on;
 use super::nominate::{Need, Sample};
 use super::place_samples::{Sampling, StationSource, bend, mark_joints, sample_at, sample_move};
 use super::plan::Plan;
@@ -148,5 +149,7 @@ fn enter(
     let tool = &scene.cutters[cutter as usize];
     let uncertain = points.iter().any(|point| point.outcome.undercut);
     report(&mut builder.map, id, &plan.path.moves[index], tool, samples, outcomes);
-    builder.push_move(id, cutter, tool, points, uncertain);
+    let goes_on = |later: usize| plan.path.moves.get(later).is_some_and(|b| goes_on(&plan.path.moves[later - 1], b));
+    let path_ends = [index == 0 || !goes_on(index), !goes_on(index + 1)];
+    builder.push_move(id, (cutter, tool), points, path_ends, uncertain);
 }

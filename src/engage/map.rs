@@ -1,11 +1,16 @@
 //! The engagement of a whole program. In: filled by [`super::stations`]. Out: [`EngagementMap`], which loads, caps and reports read.
 //!
 //! A *station* is the piece `from_mm..to_mm` of a feed move; the stations of a move tile it in order. Its arcs are all those that are in
-//! material anywhere on the piece. The immersion angle φ counts from the +Y normal of the feed direction, clockwise seen from the spindle,
+//! material anywhere on the piece. Where a cut or a path begins or ends, those engaged at that very place are known too; elsewhere they are what
+//! two stations that follow each other share. The immersion angle φ counts from the +Y normal of the feed direction, clockwise seen from the spindle,
 //! feed along +X: up-milling begins at φ = 0, climb milling ends at φ = π. Under a vertical feed the last horizontal direction is used.
 
 use crate::ids::MoveId;
 use crate::machine::Slice;
+use crate::nc::{Move, MoveKind};
+
+/// Cosine of the largest bend, 1°, across which immersion angles of two stations can be compared: of the ends of blocks, rounding turns less.
+const STRAIGHT: f64 = 0.99985;
 
 /// An engaged stretch of the circle of one slice.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +53,9 @@ pub struct Station {
     pub first_arc: u32,
     /// Number of its arcs; 0: nothing is cut.
     pub arc_count: u32,
+    /// Numbers of those of them that are engaged at its very beginning, kept before its arcs, and at its very end, kept after them. 0 where all
+    /// are, where none is, and where the path goes on with a station that shows it.
+    pub at_ends: [u32; 2],
     /// Its other properties.
     pub flags: StationFlags,
 }
@@ -120,6 +128,12 @@ impl EngagementMap {
         let first = station.first_arc as usize;
         &self.arcs[first..first + station.arc_count as usize]
     }
+    /// The arcs of a station that are engaged at its very beginning and at its very end ([`Station::at_ends`]).
+    pub fn arcs_at_ends(&self, station: &Station) -> [&[EngagedArc]; 2] {
+        let [begin, end] = station.at_ends.map(|count| count as usize);
+        let (first, after) = (station.first_arc as usize, (station.first_arc + station.arc_count) as usize);
+        [&self.arcs[first - begin..first], &self.arcs[after..after + end]]
+    }
     /// Slices of a tool; empty for a tool that never cut.
     pub fn slices_of(&self, tool: u32) -> &[Slice] {
         self.slices.iter().find(|(number, _)| *number == tool).map_or(&[], |(_, slices)| slices)
@@ -138,8 +152,11 @@ impl EngagementMap {
                 let parts = (station.length_mm() / longest_mm).ceil().max(1.0);
                 let at = |part: f64| station.from_mm + station.length_mm() * part / parts;
                 let cut = (0..parts as usize).map(|part| {
-                    let to_mm = if part + 1 == parts as usize { station.to_mm } else { at(part as f64 + 1.0) };
-                    Station { from_mm: at(part as f64), to_mm, ..*station }
+                    let (first, last) = (part == 0, part + 1 == parts as usize);
+                    let to_mm = if last { station.to_mm } else { at(part as f64 + 1.0) };
+                    let at_ends = [first, last].map(u32::from);
+                    let at_ends = [0, 1].map(|end| at_ends[end] * station.at_ends[end]);
+                    Station { from_mm: at(part as f64), to_mm, at_ends, ..*station }
                 });
                 stations.extend(cut);
             }
@@ -148,4 +165,17 @@ impl EngagementMap {
         self.stations = stations;
         self
     }
+}
+
+/// Does the path go on straight from one move to the next, so that both have the same engagement where they meet?
+pub fn goes_on(a: &Move, b: &Move) -> bool {
+    runs_on(a, b, STRAIGHT)
+}
+
+/// Does one move continue the other at feed, with the same tool in the same system, with no larger bend than one of this cosine?
+pub(super) fn runs_on(a: &Move, b: &Move, least: f64) -> bool {
+    let fed = a.kind == MoveKind::Feed && b.kind == MoveKind::Feed;
+    let joined = || (a.curve().to() - b.curve().from()).norm() < 1e-6;
+    let bend = || a.curve().tangent(a.curve().length()).dot(&b.curve().tangent(0.0));
+    fed && a.tool == b.tool && a.wcs == b.wcs && joined() && bend() >= least
 }

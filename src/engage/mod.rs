@@ -46,7 +46,7 @@ pub mod stations;
 mod union;
 pub mod workpiece;
 
-pub use map::{EngagedArc, EngagementMap, Event, EventKind, Station};
+pub use map::{EngagedArc, EngagementMap, Event, EventKind, Station, goes_on};
 pub use options::{EngageError, Loader, Options};
 pub use reused_stations::Again;
 pub use simulate::{engage, engage_again, engage_and_keep, left_stock};

@@ -5,7 +5,7 @@
 //! ones, so close that the nominations of two neighbours hold for any position between them.
 
 use super::block_ends::Marker;
-use super::map::StationFlags;
+use super::map::{StationFlags, runs_on};
 use super::nominate::{Need, Sample};
 use super::plan::Plan;
 use super::sample_outcome::turn_rad;
@@ -91,7 +91,7 @@ pub(super) fn sample_move(
     if length <= 0.0 || plan.is_far(motion, &scene.cutters[cutter as usize]) {
         return StationSource::Idle(StationFlags { clear_air: length > 0.0, ..StationFlags::default() });
     }
-    let inherits = goes_on && runs_on(plan, index);
+    let inherits = goes_on && continues(plan, index);
     state.goes_on = true;
     let first = samples.len();
     let count = (length / plan.spacing_mm - 1e-9).ceil().max(1.0) as usize;
@@ -140,14 +140,8 @@ fn turn(heading: &mut [f64; 2], tangent: Vec3) {
 }
 
 /// True when the move continues the one before without a bend, with the same tool.
-fn runs_on(plan: &Plan, index: usize) -> bool {
-    if index == 0 {
-        return false;
-    }
-    let (a, b) = (&plan.path.moves[index - 1], &plan.path.moves[index]);
-    let smooth = a.curve().tangent(a.curve().length()).dot(&b.curve().tangent(0.0)) >= SMOOTH;
-    let joined = (a.curve().to() - b.curve().from()).norm() < 1e-6;
-    a.kind == MoveKind::Feed && a.tool == b.tool && a.wcs == b.wcs && smooth && joined
+fn continues(plan: &Plan, index: usize) -> bool {
+    index > 0 && runs_on(&plan.path.moves[index - 1], &plan.path.moves[index], SMOOTH)
 }
 
 /// Angle by which the path turns in the plane at the beginning of a move, rad.

@@ -5,12 +5,15 @@
 //! examined between them; a part of it on which nothing is cut is a piece of its own. Neighbouring pieces with equal arcs become one station if
 //! each is engaged alike at both its ends, so that entry and exit remain stations of their own. A ring that a level splits is added to the
 //! slices of the tool as a ring of its own, its bounds rounded to 1/256 of the whole.
+//!
+//! Where a path begins or ends, or a cut on it, the arcs at that very place are entered beside those of the station, on the same rings.
 
 use super::between_samples::{Between, Stretch};
 use super::cutter::Cutter;
 use super::map::{EngagedArc, EngagementMap, Station, StationFlags};
 use super::sample_outcome::{Outcome, PARTS, same};
 use super::scene::RawArc;
+use super::union::of_place;
 use crate::ids::MoveId;
 use crate::machine::Slice;
 use std::borrow::Cow;
@@ -41,6 +44,8 @@ pub struct Point<'a> {
 struct Piece<'a> {
     /// Its engagement; `None` where nothing is cut.
     met: Option<Cow<'a, Outcome>>,
+    /// The arcs at its beginning and at its end.
+    at_ends: [&'a [RawArc]; 2],
     to_mm: f64,
     volume_mm3: f64,
     clear: bool,
@@ -59,11 +64,23 @@ impl Builder {
         Self { map: EngagementMap { slices, ..EngagementMap::default() }, earlier, ..Self::default() }
     }
 
-    /// Enters the stations of a move sampled at `points` (at least two, the first at its beginning, the last at its end).
-    pub fn push_move(&mut self, id: MoveId, cutter_index: u16, cutter: &Cutter, points: &[Point], uncertain: bool) {
+    /// Enters the stations of a move sampled at `points` (at least two, the first at its beginning, the last at its end). `path_ends`: does the
+    /// path begin with it, and does it end with it?
+    pub fn push_move(
+        &mut self,
+        id: MoveId,
+        (cutter_index, cutter): (u16, &Cutter),
+        points: &[Point],
+        path_ends: [bool; 2],
+        uncertain: bool,
+    ) {
         let first = self.map.stations.len() as u32;
         let mut current: Option<(Piece, Station)> = None;
-        for piece in points.windows(2).flat_map(|pair| pieces(&pair[0], &pair[1])) {
+        let mut left = points.windows(2).flat_map(|pair| pieces(&pair[0], &pair[1])).peekable();
+        while let Some(mut piece) = left.next() {
+            let begins = current.as_ref().map_or(path_ends[0], |(before, _)| before.met.is_none());
+            let ends = left.peek().map_or(path_ends[1], |after| after.met.is_none());
+            piece.at_ends = std::array::from_fn(|end| if [begins, ends][end] { piece.at_ends[end] } else { &[] });
             match &mut current {
                 Some((held, station)) if joins(held, &piece) => {
                     station.to_mm = piece.to_mm;
@@ -102,8 +119,11 @@ impl Builder {
     pub fn push_known(&mut self, id: MoveId, known: &EngagementMap, of: Option<MoveId>) {
         let first = self.map.stations.len() as u32;
         for station in of.map_or(&[][..], |of| known.stations_of(of)) {
+            let [begin, end] = known.arcs_at_ends(station);
+            self.map.arcs.extend_from_slice(begin);
             let first_arc = self.map.arcs.len() as u32;
             self.map.arcs.extend_from_slice(known.arcs_of(station));
+            self.map.arcs.extend_from_slice(end);
             self.map.stations.push(Station { move_id: id, first_arc, ..*station });
         }
         self.end_move(id, first);
@@ -123,17 +143,26 @@ impl Builder {
     fn close(&mut self, index: u16, cutter: &Cutter, (piece, mut station): (Piece, Station)) {
         station.first_arc = self.map.arcs.len() as u32;
         if let Some(outcome) = piece.met {
-            station.arc_count = outcome.arcs.len() as u32;
+            let at_ends = piece.at_ends.map(|place| of_place(&outcome.arcs, place));
+            station.at_ends[0] = self.enter(index, cutter, &at_ends[0]);
+            station.first_arc += station.at_ends[0];
+            station.arc_count = self.enter(index, cutter, &outcome.arcs);
+            station.at_ends[1] = self.enter(index, cutter, &at_ends[1]);
             station.axial_depth_mm = outcome.cut.top_mm as f32;
             let length = station.length_mm();
             station.removal_area_mm2 = if length > 0.0 { (piece.volume_mm3 / length) as f32 } else { 0.0 };
-            for arc in &outcome.arcs {
-                let slice = self.slice(index, cutter, arc);
-                let [entry_rad, exit_rad] = arc.angles;
-                self.map.arcs.push(EngagedArc { slice, entry_rad, exit_rad });
-            }
         }
         self.map.stations.push(station);
+    }
+
+    /// Enters arcs; returns their number.
+    fn enter(&mut self, index: u16, cutter: &Cutter, arcs: &[RawArc]) -> u32 {
+        for arc in arcs {
+            let slice = self.slice(index, cutter, arc);
+            let [entry_rad, exit_rad] = arc.angles;
+            self.map.arcs.push(EngagedArc { slice, entry_rad, exit_rad });
+        }
+        arcs.len() as u32
     }
 
     /// Slice of an arc: the whole ring, or a partial one entered for it.
@@ -171,7 +200,9 @@ fn pieces<'a>(a: &Point<'a>, b: &Point<'a>) -> impl Iterator<Item = Piece<'a>> +
         } else {
             Outcome::of_places([a.outcome, b.outcome]).map(Cow::Owned)
         };
-        Piece { to_mm: b.s_mm, volume_mm3, clear: clear && met.is_none(), steady, met }
+        // Where both ends are alike, all arcs are engaged at either.
+        let at_ends = if steady { [&[][..]; 2] } else { [a, b].map(|end| end.outcome.arcs.as_slice()) };
+        Piece { to_mm: b.s_mm, volume_mm3, clear: clear && met.is_none(), steady, met, at_ends }
     });
     let stretch = move |stretch: &'a Stretch| Piece {
         met: stretch.met.as_ref().map(Cow::Borrowed),
@@ -179,6 +210,7 @@ fn pieces<'a>(a: &Point<'a>, b: &Point<'a>) -> impl Iterator<Item = Piece<'a>> +
         volume_mm3: stretch.volume_mm3,
         clear: clear && stretch.met.is_none(),
         steady: stretch.met.is_none(),
+        at_ends: [0, 1].map(|end| stretch.at_ends[end].as_slice()),
     };
     whole.into_iter().chain(b.before.into_iter().flatten().map(stretch))
 }
@@ -199,7 +231,17 @@ fn area(piece: &Piece) -> f64 {
 }
 
 fn empty_station(move_id: MoveId, [from_mm, to_mm]: [f64; 2], flags: StationFlags) -> Station {
-    Station { move_id, from_mm, to_mm, removal_area_mm2: 0.0, axial_depth_mm: 0.0, first_arc: 0, arc_count: 0, flags }
+    Station {
+        move_id,
+        from_mm,
+        to_mm,
+        removal_area_mm2: 0.0,
+        axial_depth_mm: 0.0,
+        first_arc: 0,
+        arc_count: 0,
+        at_ends: [0; 2],
+        flags,
+    }
 }
 
 #[cfg(test)]

@@ -35,6 +35,23 @@ pub fn unite(met: &mut Vec<RawArc>, more: &[RawArc]) {
     *met = united;
 }
 
+/// What of the arcs of a stretch is engaged at one place of it, on the same parts of rings, each as its middle is; none where that is all.
+pub fn of_place(arcs: &[RawArc], place: &[RawArc]) -> Vec<RawArc> {
+    let mut engaged = Vec::new();
+    let mut left = place;
+    for ring in arcs.chunk_by(|a, b| a.slice == b.slice) {
+        left = &left[left.partition_point(|arc| arc.slice < ring[0].slice)..];
+        let here = first_of(&mut left, ring[0].slice);
+        for arc in ring {
+            let middle = 0.5 * (arc.part[0] + arc.part[1]);
+            let within = here.iter().filter(|other| other.part[0] < middle && middle < other.part[1]);
+            let shared = within.map(|other| [arc.angles[0].max(other.angles[0]), arc.angles[1].min(other.angles[1])]);
+            engaged.extend(shared.filter(|[from, to]| from < to).map(|angles| RawArc { angles, ..*arc }));
+        }
+    }
+    if engaged == arcs { Vec::new() } else { engaged }
+}
+
 /// Splits off the arcs of a slice, which are the first if there are any.
 fn first_of<'a>(arcs: &mut &'a [RawArc], slice: u16) -> &'a [RawArc] {
     let (first, rest) = arcs.split_at(arcs.partition_point(|arc| arc.slice <= slice));
@@ -135,6 +152,20 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// On the parts of rings that the stretch has, whatever the place's own; nothing where all is engaged.
+    #[test]
+    fn a_place_has_what_it_shares_with_its_stretch() {
+        let place = [arc(0, [0.0, 0.5], [0.1, 1.0]), arc(1, [0.0, 1.0], [0.0, 3.0]), arc(3, [0.0, 0.4], [1.0, 2.0])];
+        let mut met = place.to_vec();
+        unite(
+            &mut met,
+            &[arc(0, [0.0, 0.6], [0.4, 2.0]), arc(2, [0.0, 1.0], [0.0, 1.0]), arc(3, [0.0, 1.0], [1.5, 2.5])],
+        );
+        let wanted = [arc(0, [0.0, 0.6], [0.1, 1.0]), arc(1, [0.0, 1.0], [0.0, 3.0]), arc(3, [0.0, 0.4], [1.0, 2.0])];
+        assert_eq!(of_place(&met, &place), wanted, "{met:?}");
+        assert!(of_place(&met, &met).is_empty() && of_place(&met, &[]).is_empty());
     }
 
     /// Two parts of a ring are one as long as they differ by less than a quarter of it.

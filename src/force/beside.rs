@@ -1,10 +1,10 @@
-//! What a station shares with those beside it. In: the pieces of rings that cut at a station, and at the one before or after it. Out: the pieces
+//! What a station shares with those beside it. In: the pieces of rings that cut at a station, and at the one before or after it or at its very end. Out: the pieces
 //! that cut at both.
 //!
 //! A station has all that is engaged anywhere on it. Where two edges cut at once, their forces may cancel in part, and where it is engaged less, with
 //! one edge alone, the force may be larger: three straight teeth in arcs of 0–34° and 124–180° have a peak 6 % below that in 0–28° and
 //! 130–180°. The place between two stations is on both, so what is engaged there is what they share;
-//! on the way there it is anything between. Where a cut or a path ends, it goes on as it did from the station before.
+//! on the way there it is anything between. Where a cut or a path begins or ends, it is what is engaged at that very place.
 
 use super::rings::Rings;
 use super::zone::{Piece, clip_to};
@@ -52,22 +52,6 @@ pub(super) fn on_the_way(own: &[Piece], beside: &[Piece]) -> Vec<Vec<Piece>> {
     if less && !steps[STEPS - 1].is_empty() { steps } else { Vec::new() }
 }
 
-/// What cuts at the far end of a station at which a cut or a path ends, if it goes on changing as it did from the station before, `last`: the ends of
-/// its arcs move once more as far. Both sorted by slice. An arc that is not one of the station before stays.
-pub(super) fn beyond(own: &[Piece], last: &[Piece]) -> Vec<Piece> {
-    let mut from = 0;
-    let gone_on = own.iter().filter_map(|piece| {
-        from += last[from..].partition_point(|other| other.slice < piece.slice);
-        let same = last[from..].iter().take_while(|other| other.slice == piece.slice);
-        let mut met = same.filter(|other| clip_to(piece, other.angle).is_some());
-        match (met.next(), met.next()) {
-            (Some(other), None) => clip_to(piece, [0, 1].map(|end| 2.0 * piece.angle[end] - other.angle[end])),
-            _ => Some(*piece),
-        }
-    });
-    gone_on.collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -105,17 +89,6 @@ mod tests {
         assert!(shared(&own, &own).is_none());
         assert!(shared(&own, &pieces(&[(0, [0.0, 2.0]), (1, [0.4, 1.0]), (2, [0.0, 1.0])])).is_none());
         assert!(shared(&own, &pieces(&[(0, [1.5, 2.0]), (2, [0.5, 1.0])])).is_none());
-    }
-
-    /// From 0–0.5 to 0–0.3 and on to 0–0.1; an arc that has come to its end is gone, one that grew stays as it is, and a new one too.
-    #[test]
-    fn an_end_goes_on_as_before() {
-        let own = pieces(&[(0, [0.0, 0.3]), (0, [2.4, 3.1]), (1, [1.0, 1.2]), (2, [0.5, 1.0])]);
-        let last = pieces(&[(0, [0.0, 0.5]), (0, [2.6, 3.1]), (1, [1.0, 1.5])]);
-        let found = angles(&beyond(&own, &last));
-        assert_eq!(found.len(), 3);
-        assert!((found[0].1[1] - 0.1).abs() < 1e-12, "{found:?}");
-        assert_eq!(found[1..], [(0, [2.4, 3.1]), (2, [0.5, 1.0])]);
     }
 
     /// Arcs shrink in even steps; a slot that opens in the middle opens from there, and its two parts never overlap.

@@ -5,7 +5,7 @@
 
 use super::affine::Spans;
 use super::beam::Beam;
-use super::beside::{beyond, on_the_way, several_cut};
+use super::beside::{on_the_way, several_cut};
 use super::error::ForceError;
 use super::helix;
 use super::kinds::{Kind, before, kind_of, radii};
@@ -32,7 +32,8 @@ use std::f64::consts::{PI, TAU};
 pub struct Cut<'a> {
     /// Engaged arcs, sorted by slice.
     pub arcs: &'a [EngagedArc],
-    /// Those of the stations before and after on the same path, where there are any: what all of them share counts as engaged too.
+    /// Those at both ends of the station, or of the stations before and after on the same path, where there are any: what is on the way to what it
+    /// shares with them counts as engaged too.
     pub beside: [&'a [EngagedArc]; 2],
     /// Vertical part of the unit feed direction (−1: straight down).
     pub tangent_z: f64,
@@ -152,12 +153,7 @@ impl Cutter {
         if beside.iter().all(|arcs| arcs.is_empty()) || !several_cut(&self.rings, pieces) {
             return spans;
         }
-        let [before, after] = beside.map(|arcs| self.pieces(arcs, direction));
-        let ways = [(&before, &after), (&after, &before)].map(|(near, far)| {
-            let end = if near.is_empty() { &beyond(pieces, far) } else { near };
-            on_the_way(pieces, end)
-        });
-        for step in ways.into_iter().flatten() {
+        for step in beside.into_iter().flat_map(|arcs| on_the_way(pieces, &self.pieces(arcs, direction))) {
             let more = of(&step);
             spans.list.extend(more.list);
             spans.points.extend(more.points);

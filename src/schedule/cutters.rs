@@ -3,20 +3,17 @@
 
 use super::history::History;
 use super::problem::FeedPiece;
-use crate::engage::{EngagedArc, EngagementMap, Station};
+use crate::engage::{EngagedArc, EngagementMap, Station, goes_on};
 use crate::force::{Cut, Cutter};
 use crate::ids::MoveId;
 use crate::machine::Job;
-use crate::nc::{Move, MoveKind, Toolpath};
+use crate::nc::{Move, Toolpath};
 use std::collections::HashMap;
 
 /// Longest stretch of air that counts as the edge of the cut beside it, mm.
 pub(super) const SLIVER_MM: f64 = 0.05;
 /// Radial depth below which a cut is one of rounding, mm: two increments of the usual third decimal.
 const SKIM_MM: f64 = 0.002;
-
-/// Cosine of the largest bend, 1°, across which immersion angles of two stations can be compared: of the ends of blocks, rounding turns less.
-const STRAIGHT: f64 = 0.99985;
 
 /// Is the layer that is cut here no thicker than the rounding of the program's coordinates? Whether it is cut at all is then chance.
 pub(super) fn skims(station: &Station) -> bool {
@@ -27,7 +24,7 @@ pub(super) fn skims(station: &Station) -> bool {
 pub struct Cutters {
     list: Vec<Option<Cutter>>,
     of_move: Vec<u32>,
-    /// Does a move go on straight from the one before, with the same tool at the same speed?
+    /// Does a move go on straight from the one before, with the same tool?
     goes_on: Vec<bool>,
     history: History,
 }
@@ -66,7 +63,8 @@ impl Cutters {
         Cut { arcs, beside, tangent_z, state: self.history.state(map, motion, station) }
     }
 
-    /// The arcs of the stations before and after on the same path; none where there is no such station.
+    /// The arcs at both ends of a station, or of the stations before and after on the same path, which are engaged there too; none where neither
+    /// is known.
     fn beside<'a>(&self, map: &'a EngagementMap, station: &Station) -> [&'a [EngagedArc]; 2] {
         let id = station.move_id.ix();
         let place = map.stations_of(station.move_id).partition_point(|of| of.from_mm < station.from_mm);
@@ -76,17 +74,13 @@ impl Cutters {
             let joint = |later: usize| self.goes_on.get(later).is_some_and(|goes_on| *goes_on);
             other == id || (other + 1 == id && joint(id)) || (other == id + 1 && joint(other))
         };
-        [index.checked_sub(1), Some(index + 1)].map(|other| {
+        let next_to = |other: Option<usize>| {
             let other = other.and_then(|other| map.stations.get(other)).filter(on_path);
             other.map_or(&[][..], |other| map.arcs_of(other))
-        })
+        };
+        let (at_ends, next_to) = (map.arcs_at_ends(station), [index.checked_sub(1), Some(index + 1)].map(next_to));
+        [0, 1].map(|end| if at_ends[end].is_empty() { next_to[end] } else { at_ends[end] })
     }
-}
-
-fn goes_on(a: &Move, b: &Move) -> bool {
-    let fed = a.kind == MoveKind::Feed && b.kind == MoveKind::Feed;
-    let bends = || a.curve().tangent(a.curve().length()).dot(&b.curve().tangent(0.0)) < STRAIGHT;
-    fed && a.tool == b.tool && a.spin.rps == b.spin.rps && a.wcs == b.wcs && !bends()
 }
 
 fn cutter(number: u32, rps: f64, map: &EngagementMap, job: &Job) -> Option<Cutter> {

@@ -358,6 +358,7 @@ mod tests {
             axial_depth_mm: 6.0,
             first_arc,
             arc_count: 1,
+            at_ends: [0; 2],
             flags: StationFlags::default(),
         };
         let here = station(first, 0.0, 0);
