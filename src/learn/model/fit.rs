@@ -144,7 +144,9 @@ pub fn jacobian(data: &Data, fitted: &Fitted) -> Vec<Vec<f64>> {
     let effects = &fitted.model.effects;
     let at = search.point(fitted.model.base.clone(), effects.clone(), search.acting(effects));
     let mut columns = search.jacobian(&at);
-    columns.iter_mut().for_each(|column| column.resize(data.len(), 0.0));
+    for column in &mut columns {
+        column.resize(data.len(), 0.0);
+    }
     columns
 }
 
