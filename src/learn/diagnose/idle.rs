@@ -37,10 +37,9 @@ impl Diagnosis<'_> {
             return begin;
         };
         self.tried += tried;
-        let held = |each: &FittedEffect| FittedEffect { free: vec![false; each.free.len()], ..each.clone() };
         let mut model = begin;
         for Shown { each, evidence, p_value } in effects {
-            let all: Vec<FittedEffect> = model.model.effects.iter().cloned().chain([held(&each)]).collect();
+            let all: Vec<FittedEffect> = model.model.effects.iter().cloned().chain([each.held()]).collect();
             let Some(fitted) = fit(&self.train, &all, FORM_ROUNDS) else { continue };
             let errors = [&model, &fitted].map(|fitted| self.judgement_errors(&fitted.model.effects).rmse);
             self.evidence.push((each.effect.name, evidence, p_value, errors));

@@ -31,7 +31,7 @@ pub fn best_trial(
 ) -> (usize, Option<Trial>) {
     let begin = starts(effect, data, present);
     // Starts and instants are compared with the other effects held at their values, which saves most of the time.
-    let held: Vec<FittedEffect> = effects.iter().map(held).collect();
+    let held: Vec<FittedEffect> = effects.iter().map(FittedEffect::held).collect();
     let with = |others: &[FittedEffect], each: &FittedEffect| [others, std::slice::from_ref(each)].concat();
     let trial = |others: &[FittedEffect], each: &FittedEffect, iterations: usize| {
         let fitted = fit(data, &with(others, each), iterations)?;
@@ -51,11 +51,6 @@ pub fn best_trial(
         trial(effects, refined.as_ref().or(beside.fitted.model.effects.last())?, 25)
     });
     (begin.len(), polished)
-}
-
-/// An effect none of whose parameters is fitted.
-fn held(each: &FittedEffect) -> FittedEffect {
-    FittedEffect { free: vec![false; each.free.len()], ..each.clone() }
 }
 
 /// Charge for a form other than the law: the best of F forms gains up to 2 ln F more by chance (Bonferroni).

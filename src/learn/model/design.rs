@@ -33,6 +33,11 @@ impl FittedEffect {
     pub fn free_count(&self) -> usize {
         self.free.iter().filter(|f| **f).count()
     }
+
+    /// The same with no parameter fitted.
+    pub fn held(&self) -> Self {
+        Self { free: vec![false; self.free.len()], ..self.clone() }
+    }
 }
 
 /// An effect of a report in the form that the fit uses.
