@@ -123,8 +123,9 @@ impl Diagnosis<'_> {
 
     /// Named effects of a model, except those that data of their own show.
     fn open_places(&self, model: &Fitted) -> Vec<usize> {
-        let is_open = |each: &FittedEffect| !is_unnamed(each.effect) && !self.has_own_data(each.effect);
-        (0..model.model.effects.len()).filter(|e| is_open(&model.model.effects[*e])).collect()
+        let effects = &model.model.effects;
+        let is_open = |each: &FittedEffect| !is_unnamed(each.effect) && !self.is_settled(each.effect, effects);
+        (0..model.model.effects.len()).filter(|e| is_open(&effects[*e])).collect()
     }
 
     /// Fits the model without the `e`-th effect, and in its place the effect again and each rival.
@@ -134,7 +135,7 @@ impl Diagnosis<'_> {
         let others = without_it.model.effects.iter().cloned();
         let found = fit(&self.train, &others.chain([own.clone()]).collect::<Vec<_>>(), FORM_ROUNDS);
         let found = found.unwrap_or_else(|| model.clone());
-        let (score, gain) = score_of(&self.train, without_it, &found, own.free_count());
+        let (score, gain) = score_of(&self.train, without_it, &found, self.parameters_of(own));
         let trial = Trial { effect: own.effect, fitted: found, gain, score };
         let left = self.held_out_of_trial(without_it, &trial);
         let shapes = |covariate, part| follows(own.effect, covariate, part);

@@ -4,7 +4,8 @@
 //! In the whole log a change of the tare is small beside the load, and what the model of the load lacks hides it or passes for it. Where
 //! nothing is cut, the reading is the tare. So the effects on the tare are looked for there first, by the same tests, and a curve of
 //! the tare where their laws leave something. Those that have no rival there stay in the model, as they are, while the others are looked
-//! for. The losses of a drive are a rival: what the spindle takes without a cut grows with its speed, and they with that.
+//! for. The losses of a drive are a rival: what the spindle takes without a cut grows with its speed, and they with that. Where they are found
+//! later, the effects on the tare are asked again ([`Diagnosis::is_settled`]).
 
 use crate::effects::{Effect, Multiplies, State};
 use crate::learn::dataset::samples::{Class, Data};
@@ -114,7 +115,7 @@ impl Diagnosis<'_> {
 }
 
 /// Does the reading exceed the load with this effect? Then it acts without a cut as well.
-fn has_losses(effect: &Effect) -> bool {
+pub(in crate::learn) fn has_losses(effect: &Effect) -> bool {
     let start: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.starts[0]).collect();
     (effect.change)(&start, &State::default()).excess.at_full != 0.0
 }

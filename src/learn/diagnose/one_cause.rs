@@ -33,17 +33,10 @@ impl Diagnosis<'_> {
 
     /// Cost of a model that is compared with `model`: n/φ · ln RSS + k ln(n/φ) for k parameters (Schwarz 1978), with φ the inflation of
     /// the residual of `model`.
-    pub(in crate::learn) fn cost_beside(&self, model: &Fitted) -> impl Fn(&Fitted) -> f64 + use<> {
+    pub(in crate::learn) fn cost_beside(&self, model: &Fitted) -> impl Fn(&Fitted) -> f64 {
         let n = self.train.used().count() as f64 / inflation(&self.train, &model.residuals(&self.train));
-        let shown: Vec<(&str, usize)> =
-            self.shown_by_idle.iter().map(|each| (each.effect.name, each.free_count())).collect();
-        // Those shown by the readings without a cut stay as these show them, and count for what was fitted to those.
-        let count = move |each: &FittedEffect| {
-            let own = shown.iter().find(|(name, _)| *name == each.effect.name);
-            own.map_or_else(|| each.free_count(), |(_, count)| *count)
-        };
         move |fitted| {
-            let parameters: usize = fitted.model.effects.iter().map(&count).sum();
+            let parameters: usize = fitted.model.effects.iter().map(|each| self.parameters_of(each)).sum();
             n * fitted.squares.max(1e-300).ln() + parameters as f64 * n.max(2.0).ln()
         }
     }

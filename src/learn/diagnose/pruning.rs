@@ -22,7 +22,7 @@ impl Diagnosis<'_> {
             let others: Vec<FittedEffect> = remove(&present.model.effects, k);
             let Some(without_it) = fit(&self.train, &others, 12) else { break };
             let own = present.model.effects[k].effect;
-            if self.has_own_data(own) {
+            if self.is_settled(own, &others) {
                 k += 1;
                 continue;
             }
@@ -50,7 +50,7 @@ impl Diagnosis<'_> {
     fn worth_of(&self, present: &Fitted, without_it: &Fitted, k: usize) -> Option<(f64, bool)> {
         let effects = &present.model.effects;
         let own = &effects[k];
-        let score = |without: &Fitted, with: &Fitted| score_of(&self.train, without, with, own.free_count()).0;
+        let score = |without: &Fitted, with: &Fitted| score_of(&self.train, without, with, self.parameters_of(own)).0;
         if !effects.iter().any(|each| is_unnamed(each.effect)) {
             return Some((score(without_it, present), true));
         }
