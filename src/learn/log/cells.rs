@@ -21,6 +21,7 @@ impl Separator {
         match self {
             Separator::Byte(b';') => "semicolons",
             Separator::Byte(b'\t') => "tabs",
+            Separator::Byte(b'|') => "bars",
             Separator::Byte(_) => "commas",
             Separator::Blanks => "blanks",
             Separator::Workbook => "cells of a workbook",
@@ -30,8 +31,8 @@ impl Separator {
 
 /// Separators in order of preference. The one with the longest run of lines of equal cell count is chosen, of equal
 /// ones the first: with semicolons or tabs the commas are decimal.
-const SEPARATORS: [Separator; 4] =
-    [Separator::Byte(b';'), Separator::Byte(b'\t'), Separator::Byte(b','), Separator::Blanks];
+const SEPARATORS: [Separator; 5] =
+    [Separator::Byte(b';'), Separator::Byte(b'\t'), Separator::Byte(b'|'), Separator::Byte(b','), Separator::Blanks];
 
 /// Number of lines from which separator and layout are found.
 pub const SAMPLE: usize = 300;
@@ -45,10 +46,20 @@ pub struct Cells<'a> {
     sheet: Vec<Vec<String>>,
 }
 
+/// Beginnings of files that are no tables, and what to do.
+const OTHER_KINDS: [(&[u8], &str); 6] = [
+    (b"\xd0\xcf\x11\xe0", "it is a workbook of the old kind (.xls): save it as .xlsx or CSV"),
+    (b"%PDF", "it is a PDF: export the log as CSV"),
+    (b"\x1f\x8b", "it is compressed (gzip): unpack it"),
+    (b"{", "it is JSON: export the log as CSV"),
+    (b"[{", "it is JSON: export the log as CSV"),
+    (b"<", "it is XML or HTML, and no answer of an MTConnect agent: export the log as CSV"),
+];
+
 /// Opens a file.
 ///
 /// # Errors
-/// A workbook that cannot be read.
+/// A workbook that cannot be read, or a file of another kind.
 pub fn open(bytes: &[u8]) -> Result<Cells<'_>, DataError> {
     if bytes.starts_with(b"PK\x03\x04") {
         return Ok(Cells { separator: Separator::Workbook, text: "".into(), sheet: workbook(bytes)? });
@@ -57,8 +68,18 @@ pub fn open(bytes: &[u8]) -> Result<Cells<'_>, DataError> {
         // Measuring software on Windows writes UTF-16.
         [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes).into(),
         [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes).into(),
+        _ if is_every_other_nul(bytes, 1) => utf16(bytes, u16::from_le_bytes).into(),
+        _ if is_every_other_nul(bytes, 0) => utf16(bytes, u16::from_be_bytes).into(),
         _ => String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
     };
+    let begins =
+        |(begin, _): &&(&[u8], &str)| text.trim_start().as_bytes().starts_with(begin) || bytes.starts_with(begin);
+    if let Some((_, what)) = OTHER_KINDS.iter().find(begins) {
+        return Err(DataError::Unreadable((*what).to_owned()));
+    }
+    if text.contains('\0') {
+        return Err(DataError::Unreadable("it is not a text: export the log as CSV".to_owned()));
+    }
     let mut cells = Cells { separator: Separator::Byte(b','), text, sheet: Vec::new() };
     let mut best = 1;
     for separator in SEPARATORS {
@@ -77,6 +98,13 @@ pub fn open(bytes: &[u8]) -> Result<Cells<'_>, DataError> {
     let chosen = SEPARATORS.into_iter().find(|separator| of(separator) >= best && best > 1);
     cells.separator = chosen.unwrap_or(Separator::Byte(b','));
     Ok(cells)
+}
+
+/// Is nearly every other byte of the first ones NUL, from this one on: text in sixteen bits without a mark?
+fn is_every_other_nul(bytes: &[u8], from: usize) -> bool {
+    let head = &bytes[..bytes.len().min(400)];
+    let nul = |from: usize| head.iter().skip(from).step_by(2).filter(|byte| **byte == 0).count();
+    nul(from) * 10 > head.len() * 4 && nul(1 - from) == 0
 }
 
 fn utf16(bytes: &[u8], pair: fn([u8; 2]) -> u16) -> String {
