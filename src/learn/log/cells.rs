@@ -181,13 +181,19 @@ fn workbook(bytes: &[u8]) -> Result<Vec<Vec<String>>, DataError> {
     Ok(best)
 }
 
+/// A time of day as text.
+fn clock(seconds: f64) -> String {
+    let (hours, minutes) = ((seconds / 3600.0).floor(), (seconds / 60.0).floor() % 60.0);
+    format!("{hours:02}:{minutes:02}:{:09.6}", (seconds - 3600.0 * hours - 60.0 * minutes).min(59.999_999))
+}
+
 /// A cell as text; a date becomes a stamp of ISO 8601.
 fn cell(data: &calamine::Data) -> String {
     match data {
         calamine::Data::DateTime(when) => {
             // Days since 1899-12-30, of which 1970 is day 25 569; below one day it is a time of day.
             let seconds = when.as_f64() * 86_400.0;
-            if seconds < 86_400.0 { format!("{seconds}") } else { format!("{}", seconds - 25_569.0 * 86_400.0) }
+            if seconds < 86_400.0 { clock(seconds) } else { format!("{}", seconds - 25_569.0 * 86_400.0) }
         }
         other => other.to_string().trim().to_owned(),
     }
@@ -212,7 +218,29 @@ mod tests {
     fn text_in_sixteen_bits_is_read() {
         let mut bytes = vec![0xff, 0xfe];
         "a;b\n1;2\n".encode_utf16().for_each(|unit| bytes.extend(unit.to_le_bytes()));
-        let cells = open(&bytes).unwrap();
-        assert_eq!(cells.rows().next().unwrap().unwrap(), ["a", "b"]);
+        for bytes in [&bytes[..], &bytes[2..]] {
+            let cells = open(bytes).unwrap();
+            assert_eq!(cells.rows().next().unwrap().unwrap(), ["a", "b"]);
+        }
+    }
+
+    #[test]
+    fn a_file_of_another_kind_is_said_to_be_one() {
+        for (bytes, what) in [
+            (&b"\n[{\"time_s\": 0}]"[..], "JSON"),
+            (b"{\"time_s\": 0}\n{\"time_s\": 1}", "JSON"),
+            (b"<html>", "HTML"),
+            (b"%PDF-1.4", "PDF"),
+            (b"\xd0\xcf\x11\xe0\xa1\xb1", "xls"),
+            (b"\x7fELF\x02\0\0\0", "not a text"),
+        ] {
+            let said = open(bytes).unwrap_err().to_string();
+            assert!(said.contains(what), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_time_of_day_of_a_workbook_is_one_of_a_clock() {
+        assert_eq!([86_399.5, 0.0, 3_661.25].map(clock), ["23:59:59.500000", "00:00:00.000000", "01:01:01.250000"]);
     }
 }

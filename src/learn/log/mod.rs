@@ -124,8 +124,15 @@ fn load_column(frame: &Frame) -> Option<&'static str> {
 fn of_columns(frame: &Frame) -> Result<Log, DataError> {
     let time = frame.times("time_s").ok_or(()).or_else(|()| frame.needed("time_s"))?;
     let mut warnings = frame.warnings.clone();
-    let (time, part) = stamps::from_1970_s(time);
-    warnings.extend(part.map(|part| format!("the times count {part} from 1970 and are taken for that")));
+    if let Some(first) = frame.text("time_s").and_then(|cells| cells.iter().find(|cell| !cell.is_empty()))
+        && time.iter().all(|time| time.is_nan())
+    {
+        return Err(DataError::Unfit(format!(
+            "no cell of the times can be read (the first is `{first}`): write seconds, a date and time, or a time of day"
+        )));
+    }
+    let (time, counted) = stamps::counted_s(time);
+    warnings.extend(counted.map(|counted| format!("the times count {counted} and are taken for that")));
     let order = ordered(&time, &mut warnings)?;
     let take = |name: &str| frame.numbers(name).map(|values| order.iter().map(|i| values[*i]).collect::<Vec<f64>>());
     let known = |values: &Vec<f64>| values.iter().any(|v| v.is_finite());
