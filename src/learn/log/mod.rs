@@ -1,8 +1,7 @@
 //! Reads a measured log: a table, MTConnect adapter output (SHDR) or MTConnect streams.
 //!
-//! In: bytes. Out: [`Log`]: rising times in s from the first sample, positions, lines or blocks, feed, speed, tool, and
-//! the measured quantities; missing values are NaN. Time stamps that run backwards are sorted, repeated ones merged,
-//! with a warning; gaps and implausible values cause warnings too. SHDR lines `timestamp|item|value|item|value…` give a
+//! In: bytes. Out: [`Log`]: rising times in s from the first sample ([`clock`]), positions, lines or blocks, feed, speed, tool, and
+//! the measured quantities; missing values are NaN. Gaps and implausible values cause warnings. SHDR lines `timestamp|item|value|item|value…` give a
 //! row at every stamp with the last value of each item.
 
 pub mod error;
@@ -10,6 +9,7 @@ pub mod names;
 pub mod stamps;
 pub mod layout;
 pub mod cells;
+pub mod clock;
 pub mod columns;
 pub mod gaps;
 pub mod mtconnect;
@@ -133,20 +133,19 @@ fn of_columns(frame: &Frame) -> Result<Log, DataError> {
     }
     let (time, counted) = stamps::counted_s(time);
     warnings.extend(counted.map(|counted| format!("the times count {counted} and are taken for that")));
-    let order = ordered(&time, &mut warnings)?;
+    let (order, time_s) = clock::ordered(&time, &mut warnings)?;
     let take = |name: &str| frame.numbers(name).map(|values| order.iter().map(|i| values[*i]).collect::<Vec<f64>>());
     let known = |values: &Vec<f64>| values.iter().any(|v| v.is_finite());
     let axes = ["x_mm", "y_mm", "z_mm"].map(take);
     let measured: Vec<(&'static str, Vec<f64>)> =
         MEASURED.iter().filter_map(|name| take(name).filter(known).map(|values| (*name, values))).collect();
-    let start = time[order[0]];
     let one_based = |lines: Vec<f64>| lines.into_iter().map(|l| l + 1.0).collect();
     let position = match axes {
         [Some(x), Some(y), Some(z)] if known(&x) && known(&y) && known(&z) => Some([x, y, z]),
         _ => None,
     };
     Ok(Log {
-        time_s: order.iter().map(|i| time[*i] - start).collect(),
+        time_s,
         position_mm: position.map(|axes| axes.map(carried)),
         line: take("line").or_else(|| take("block").map(one_based)).filter(known).map(carried),
         feed_mm_s: take("feed_mm_min")
@@ -173,40 +172,6 @@ fn carried(mut values: Vec<f64>) -> Vec<f64> {
         }
     }
     values
-}
-
-/// Order of rising time, without repeated stamps.
-fn ordered(time: &[f64], warnings: &mut Vec<String>) -> Result<Vec<usize>, DataError> {
-    let mut order: Vec<usize> = (0..time.len()).filter(|i| time[*i].is_finite()).collect();
-    let missing = time.len() - order.len();
-    if missing > 0 {
-        warnings.push(format!("{missing} of {} rows have no time and are left out", time.len()));
-    }
-    if order.len() < 20 {
-        return Err(DataError::Unfit(format!(
-            "the log has only {} samples with a time; 20 are the least",
-            order.len()
-        )));
-    }
-    let backwards = order.windows(2).filter(|pair| time[pair[1]] < time[pair[0]]).count();
-    if backwards > 0 {
-        if backwards * 4 > order.len() {
-            return Err(DataError::Unfit(
-                "the clock of the log runs backwards: its times fall from row to row (is it the right column?)".into(),
-            ));
-        }
-        warnings.push(format!("the clock steps backwards {backwards} times; the rows were sorted by time"));
-        order.sort_by(|a, b| time[*a].total_cmp(&time[*b]));
-    }
-    let before = order.len();
-    order.dedup_by(|b, a| time[*a] == time[*b]);
-    if order.len() < before {
-        warnings.push(format!("{} rows repeat the time of the row before and are left out", before - order.len()));
-    }
-    if order.len() < 20 {
-        return Err(DataError::Unfit("the clock of the log stands still".into()));
-    }
-    Ok(order)
 }
 
 #[cfg(test)]
