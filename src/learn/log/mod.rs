@@ -15,6 +15,7 @@ pub mod gaps;
 pub mod mtconnect;
 pub mod on_change;
 pub mod oddities;
+pub mod positions;
 pub mod quantity;
 pub mod resultant;
 pub mod sampled;
@@ -140,13 +141,22 @@ fn of_columns(frame: &Frame) -> Result<Log, DataError> {
     let measured: Vec<(&'static str, Vec<f64>)> =
         MEASURED.iter().filter_map(|name| take(name).filter(known).map(|values| (*name, values))).collect();
     let one_based = |lines: Vec<f64>| lines.into_iter().map(|l| l + 1.0).collect();
+    let given = axes.iter().flatten().filter(|axis| known(axis)).count();
     let position = match axes {
-        [Some(x), Some(y), Some(z)] if known(&x) && known(&y) && known(&z) => Some([x, y, z]),
+        [Some(x), Some(y), Some(z)] if given == 3 => Some(positions::of_every_reading([x, y, z], &time_s)),
         _ => None,
     };
+    if (1..3).contains(&given) {
+        warnings
+            .push("positions are used only with all three of x_mm, y_mm and z_mm; here one or two of them are".into());
+    }
+    let position_mm = position.map(|(axes, said)| {
+        warnings.extend(said);
+        axes
+    });
     Ok(Log {
         time_s,
-        position_mm: position.map(|axes| axes.map(carried)),
+        position_mm,
         line: take("line").or_else(|| take("block").map(one_based)).filter(known).map(carried),
         feed_mm_s: take("feed_mm_min")
             .filter(known)
