@@ -56,6 +56,8 @@ fn read_as(
         log.warnings.extend(gaps::in_words(&gaps::gaps(&log.time_s)));
     }
     log.warnings.extend(oddities::of(&log));
+    let spikes = oddities::leave_out_spikes(&mut log);
+    log.warnings.extend(spikes);
     log.warnings.extend(not_used(&frame).filter(|_| kind == Kind::Table));
     Ok(log)
 }

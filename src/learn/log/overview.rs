@@ -95,7 +95,7 @@ pub fn overview(bytes: &[u8], mapping: &[(String, String)]) -> Result<LogOvervie
         layout: frame.layout.clone(),
     };
     match read {
-        Ok(log) => {
+        Ok(mut log) => {
             let end = log.time_s.last().copied().unwrap_or(0.0);
             seen.clock_s = Some([end, median_step(&log.time_s)]);
             if !log.on_change {
