@@ -125,6 +125,11 @@ impl Frame {
         })
     }
 
+    /// Number of the column that a wanted name is read from.
+    pub fn place(&self, wanted: &str) -> Option<usize> {
+        self.find(wanted).map(|(k, _)| k)
+    }
+
     /// Numbers of a column in the unit of the wanted name; missing values are NaN; `None`: no such column.
     pub fn numbers(&self, wanted: &str) -> Option<Vec<f64>> {
         let (k, factor) = self.find(wanted)?;

@@ -50,8 +50,13 @@ pub fn same(given: &str, header: &str) -> bool {
 
 /// Lower case, words joined by one `_`.
 pub fn plain(name: &str) -> String {
-    let spaced: String =
-        name.to_lowercase().replace('%', " percent ").replace('µ', "u").replace('³', "3").replace('²', "2");
+    let spaced: String = name
+        .to_lowercase()
+        .replace('%', " percent ")
+        .replace('µ', "u")
+        .replace('³', "3")
+        .replace('²', "2")
+        .replace('¹', "1");
     let words: Vec<&str> =
         spaced.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty() && *w != "per").collect();
     words.join("_").replace("feed_tooth", "feed_per_tooth")
