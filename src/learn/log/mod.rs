@@ -105,6 +105,10 @@ pub fn frame(bytes: &[u8], mapping: &[(String, String)]) -> Result<(Kind, Frame)
     Ok((Kind::Table, read(bytes, mapping)?))
 }
 
+/// What to do about a log without names.
+const NO_NAMES: &str = "the log has no header: --columns time_s,x_mm,… names its columns in their order; a counter of the readings, as \
+                        halsampler -t writes it, is sample_1000hz if there are 1000 a second";
+
 /// A log from columns.
 pub fn from_frame(frame: &Frame) -> Result<Log, DataError> {
     with_load(of_columns(frame)?, frame)
@@ -125,7 +129,13 @@ fn load_column(frame: &Frame) -> Option<&'static str> {
 }
 
 fn of_columns(frame: &Frame) -> Result<Log, DataError> {
-    let time = frame.times("time_s").ok_or(()).or_else(|()| frame.needed("time_s"))?;
+    let time = match frame.times("time_s") {
+        Some(time) => time,
+        None if frame.layout.as_ref().is_some_and(|layout| !layout.has_header) => {
+            return Err(DataError::Unfit(NO_NAMES.into()));
+        }
+        None => frame.needed("time_s")?,
+    };
     let mut warnings = frame.warnings.clone();
     if let Some(first) = frame.text("time_s").and_then(|cells| cells.iter().find(|cell| !cell.is_empty()))
         && time.iter().all(|time| time.is_nan())
