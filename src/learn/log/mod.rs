@@ -35,11 +35,14 @@ pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataE
 
 /// The same, but a log without a load is accepted if it has positions or lines.
 pub fn read_any_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataError> {
-    read_as(bytes, mapping, |frame| {
-        let log = of_columns(frame)?;
-        let moves_alone = load_column(frame).is_none() && (log.position_mm.is_some() || log.line.is_some());
-        if moves_alone { Ok(log) } else { with_load(log, frame) }
-    })
+    read_as(bytes, mapping, with_or_without_load)
+}
+
+/// A log from columns; it needs a load, positions or lines.
+fn with_or_without_load(frame: &Frame) -> Result<Log, DataError> {
+    let log = of_columns(frame)?;
+    let moves_alone = load_column(frame).is_none() && (log.position_mm.is_some() || log.line.is_some());
+    if moves_alone { Ok(log) } else { with_load(log, frame) }
 }
 
 fn read_as(

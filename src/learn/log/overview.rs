@@ -6,7 +6,9 @@ use super::error::DataError;
 use super::gaps::{gaps, median_step};
 use super::layout::Layout;
 use super::names::{OURS, quantity};
-use super::{Kind, Log, frame, from_frame, oddities};
+use super::quantity::MEASURED;
+use super::stamps::is_stamp;
+use super::{Kind, Log, frame, oddities, with_or_without_load};
 
 /// A column.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,7 +88,7 @@ const UNITS: [(&str, &str); 4] =
 /// A file that holds no rows of cells.
 pub fn overview(bytes: &[u8], mapping: &[(String, String)]) -> Result<LogOverview, DataError> {
     let (kind, frame) = frame(bytes, mapping)?;
-    let read = from_frame(&frame).map(|log| Log { on_change: kind.is_on_change(), ..log });
+    let read = with_or_without_load(&frame).map(|log| Log { on_change: kind.is_on_change(), ..log });
     let mut seen = LogOverview {
         kind,
         rows: frame.rows,
@@ -106,11 +108,22 @@ pub fn overview(bytes: &[u8], mapping: &[(String, String)]) -> Result<LogOvervie
                 seen.gaps_s = gaps(&log.time_s);
             }
             seen.events = events(&log, frame.numbers("feed_override_percent").as_deref());
-            seen.warnings = [log.warnings.clone(), oddities::of(&log)].concat();
+            seen.warnings = [log.warnings.clone(), oddities::of(&log), oddities::leave_out_spikes(&mut log)].concat();
+            if log.measured.is_empty() {
+                seen.unusable =
+                    proposes_load(&seen).then(|| "no load is read, but one of the columns proposed may be it".into());
+                seen.warnings.push("no load is measured: `learn` finds the times of the machine only".into());
+            }
         }
         Err(error) => seen.unusable = Some(error.to_string()),
     }
     Ok(seen)
+}
+
+/// Is a column of a load proposed?
+fn proposes_load(seen: &LogOverview) -> bool {
+    let ours = |theirs: &str| quantity(theirs).0;
+    seen.proposed().iter().any(|(_, proposed)| MEASURED.iter().any(|load| ours(load) == ours(proposed)))
 }
 
 impl LogOverview {
