@@ -38,6 +38,7 @@ use crate::learn::report::{Alignment, FeedEvent, LearnReport};
 use crate::learn::runout::data_about_best_runout;
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
+use std::ops::Range;
 
 /// How a log is learned from.
 #[derive(Debug, Clone, Default)]
@@ -159,6 +160,7 @@ pub fn learn_with_data(
     report.events = measured_feed(log, &aligned, &prepared.timeline)
         .map_or_else(Vec::new, |feed| feed.events(log, &aligned, &prepared.timeline));
     report.events.extend(holds_as_events(&aligned, &prepared.timeline, log));
+    report.events.extend(elsewhere_as_events(&aligned, &prepared.timeline, log));
     report.events.sort_by(|a, b| a.time_s[0].total_cmp(&b.time_s[0]));
     report.warnings.extend(log.warnings.iter().cloned());
     let covered = covered(&aligned, &prepared.timeline);
@@ -187,12 +189,27 @@ fn holds_as_events(aligned: &Aligned, timeline: &Timeline, log: &Log) -> Vec<Fee
         let after = log.time_s.partition_point(|time| time < to_s);
         let at_s = aligned.program_s.get(after..)?.iter().find(|at_s| at_s.is_finite())?;
         let line = timeline.spots[timeline.at(*at_s)?].line;
-        Some(FeedEvent { time_s: [*from_s, *to_s], lines: [line; 2], ratio: 0.0 })
+        Some(FeedEvent { time_s: [*from_s, *to_s], lines: [line; 2], ratio: 0.0, elsewhere: false })
     };
     aligned.holds.iter().filter_map(event).collect()
 }
 
-/// The data of a log, its alignment, and the number of samples of reduced weight.
+/// The stretches of an alignment that are elsewhere than in the program, between samples that are in it.
+fn elsewhere_as_events(aligned: &Aligned, timeline: &Timeline, log: &Log) -> Vec<FeedEvent> {
+    let line = |i: usize| timeline.at(aligned.program_s[i]).map(|k| timeline.spots[k].line);
+    let event = |stretch: &Range<usize>| {
+        let (before, after) = (stretch.start.checked_sub(1)?, stretch.end);
+        Some(FeedEvent {
+            time_s: [log.time_s[stretch.start], log.time_s[after]],
+            lines: [line(before)?, line(after)?],
+            ratio: 0.0,
+            elsewhere: true,
+        })
+    };
+    aligned.elsewhere(log).iter().filter_map(event).collect()
+}
+
+/// The data of an aligned log, its alignment at the times of the readings, and the number of samples of reduced weight.
 pub fn dataset_of(
     prepared: &SimulatedProgram,
     job: &Job,

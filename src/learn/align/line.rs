@@ -69,9 +69,12 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
     }
     let least_s = LEAST_STEPS * median_step(&log.time_s);
     let sample_uncertainty_s: Vec<f64> = drift.deviations_s(&placed).into_iter().map(|s| s.max(least_s)).collect();
+    let pauses = pauses(log, &holds, &drift, &placed);
+    let placed = in_runs(&runs, lines.len());
     Some(Aligned {
         uncertainty_s: median_uncertainty(&program_s, &sample_uncertainty_s),
         program_s,
+        placed,
         method: Method::Line,
         sample_uncertainty_s,
         misfit: lost as f64 / lines.len().max(1) as f64,
@@ -79,7 +82,7 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
         acceleration: (clock.factor < 1.0).then_some((clock.factor, nats)),
         feed_ratio: Some(ratios),
         holds: holds.0.clone(),
-        pauses: pauses(log, &holds, &drift, &placed),
+        pauses,
     })
 }
 
@@ -147,21 +150,36 @@ fn legs(timeline: &Timeline) -> Vec<Leg> {
     legs
 }
 
-/// Runs that belong to a leg, in order, and the number of samples that do not.
+/// Runs that belong to a leg, in order, and the number of samples that do not. A leg that comes again after lines before it is
+/// repeated: the program was begun again there.
 fn runs(lines: &[f64], legs: &[Leg]) -> (Vec<LineRun>, usize) {
-    let (mut runs, mut next, mut from, mut lost) = (Vec::new(), 0, 0, 0);
+    let (mut runs, mut next, mut from, mut lost): (Vec<LineRun>, _, _, _) = (Vec::new(), 0, 0, 0);
+    let mut went_back = false;
     while from < lines.len() {
         let to = (from..lines.len()).find(|i| lines[*i] != lines[from]).unwrap_or(lines.len());
-        match legs[next..].iter().position(|leg| f64::from(leg.line) == lines[from]) {
-            Some(k) => {
-                next += k;
-                runs.push(LineRun { from, to, leg: next });
+        let is_own = |leg: &Leg| f64::from(leg.line) == lines[from];
+        let ahead = legs[next..].iter().position(is_own).map(|k| next + k);
+        went_back |= ahead.is_none() && legs[..next].iter().any(is_own);
+        let is_again = |leg: &usize| went_back && runs.last().is_some_and(|last| last.leg == *leg);
+        match ahead.filter(|leg| !is_again(leg)) {
+            Some(leg) => {
+                (next, went_back) = (leg, false);
+                runs.push(LineRun { from, to, leg });
             }
             None => lost += to - from,
         }
         from = to;
     }
     (runs, lost)
+}
+
+/// Is each sample in a run?
+fn in_runs(runs: &[LineRun], samples: usize) -> Vec<bool> {
+    let mut placed = vec![false; samples];
+    for run in runs {
+        placed[run.from..run.to].fill(true);
+    }
+    placed
 }
 
 /// A run between two boundaries that were both passed between two of its samples and the next.

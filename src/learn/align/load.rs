@@ -80,6 +80,7 @@ pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> 
         state.walk.deviations_s(&placed).into_iter().map(|s| s.hypot(LEAST_S)).collect();
     Some(Aligned {
         uncertainty_s: median_uncertainty(&program_s, &sample_uncertainty_s),
+        placed: program_s.iter().map(|t| t.is_finite()).collect(),
         program_s,
         method: Method::Load,
         sample_uncertainty_s,

@@ -126,6 +126,7 @@ impl MeasuredFeed {
                 time_s: [log.time_s[first], log.time_s[last]],
                 lines: [line(first), line(last)],
                 ratio: if is_stand { 0.0 } else { ratio },
+                elsewhere: false,
             });
         }
         events
