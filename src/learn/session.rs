@@ -11,10 +11,11 @@ use crate::learn::dataset::binning::{Channels, bin_log, channels};
 use crate::learn::dataset::measured_feed::measured_feed;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::ceiling::without_ceilings;
-use crate::learn::diagnose::criteria::{covers_in_part, is_slower};
+use crate::learn::diagnose::criteria::{covers_in_part, is_of_another_program, is_slower, is_stretch_of_a_machine};
 use crate::learn::diagnose::doubts::{self, covered, unseen_ends};
 use crate::learn::diagnose::{Options, diagnose, over_time};
 use crate::learn::log::columns::DataError;
+use crate::learn::log::gaps::median_step;
 use crate::learn::log::resultant::MEAN_FORCE;
 use crate::learn::log::resultant::{Sample, resultant};
 use crate::learn::log::signal::reject_dead_signals;
@@ -279,9 +280,33 @@ fn found_by_load(
     channels: &Channels,
 ) -> Result<Aligned, LearnError> {
     let index = channels.spindle.map(|(k, ..)| k).or(channels.force_xy);
-    let unfit = |why: &str| LearnError::from(DataError::Unfit(why.into()));
-    let index = index.ok_or_else(|| unfit("the log has no measured load to compare with"))?;
-    by_load(log, index, &prepared.known(job)).ok_or_else(|| unfit("the log is too short to be found in the program"))
+    let unfit = |why: &str| LearnError::from(DataError::Unfit(why.to_owned()));
+    let index = index.ok_or_else(|| unfit("the log has neither a load nor places or lines of this program"))?;
+    by_load(log, index, &prepared.known(job)).ok_or_else(|| unfit(&not_found(log, &prepared.timeline)))
+}
+
+/// Longest step from reading to reading at which a load can be found in its program, s: eight readings in a window of the alignment.
+const STEP_TO_BE_FOUND_S: f64 = 0.75;
+
+/// Why a log cannot be found in its program by its load alone.
+fn not_found(log: &Log, timeline: &Timeline) -> String {
+    let (lasts_s, program_s) = (log.time_s.last().copied().unwrap_or(0.0), timeline.total_s());
+    let step_s = median_step(&log.time_s);
+    if !is_stretch_of_a_machine(lasts_s / program_s.max(1e-9)) {
+        return format!(
+            "the log lasts {lasts_s:.1} s and the program {program_s:.1} s: is the unit of its time right?"
+        );
+    }
+    if step_s > STEP_TO_BE_FOUND_S {
+        return format!(
+            "readings are {step_s:.2} s apart, too far to find them in the program by the load alone: log positions or lines too, or read \
+             it four times a second or more"
+        );
+    }
+    format!(
+        "the log is too short ({lasts_s:.1} s, {} readings) to be found in the program by its load alone",
+        log.time_s.len()
+    )
 }
 
 fn alignment_of(aligned: &Aligned, log: &Log) -> Alignment {
