@@ -9,6 +9,7 @@ use crate::learn::align::stretch;
 use crate::learn::align::{Aligned, by_position};
 use crate::learn::dataset::binning::{Channels, bin_log, channels};
 use crate::learn::dataset::measured_feed::measured_feed;
+use crate::learn::dataset::measured_speed::other_speeds;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::ceiling::without_ceilings;
 use crate::learn::diagnose::criteria::{covers_in_part, is_of_another_program, is_slower, is_stretch_of_a_machine};
@@ -164,6 +165,7 @@ pub fn learn_with_data(
     report.events.extend(elsewhere_as_events(&aligned, &prepared.timeline, log));
     report.events.sort_by(|a, b| a.time_s[0].total_cmp(&b.time_s[0]));
     report.warnings.extend(log.warnings.iter().cloned());
+    report.warnings.extend(other_speeds(log, &aligned, &prepared.timeline));
     let covered = covered(&aligned, &prepared.timeline);
     if covers_in_part(covered) {
         report.warnings.push(format!("the log covers {:.0} % of the program", 100.0 * covered));
