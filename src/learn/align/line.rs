@@ -246,7 +246,33 @@ fn timed_runs(time_s: &[f64], legs: &[Leg], runs: &[LineRun], clock: &Clock) -> 
     runs.windows(3).filter_map(of).collect()
 }
 
-/// Time over the planned one of most runs: clocks and declared accelerations are never quite right.
+/// Feed over the predicted one by the times at which a load shows the legs of the program to begin and end, sample by sample; `reached_s`: the
+/// time of the log, without holds, at a time of the program.
+pub(in crate::learn) fn ratios_of_legs(
+    timeline: &Timeline,
+    clock: &Clock,
+    time_s: &[f64],
+    deviation_s: f64,
+    reached_s: impl Fn(f64) -> f64,
+) -> Vec<f64> {
+    let sample = |at_s: f64| time_s.partition_point(|time| *time < at_s);
+    let run = |leg: &Leg| {
+        let planned = [clock.starts[leg.from], clock.starts[leg.to]];
+        let times_s = planned.map(&reached_s);
+        TimedRun {
+            samples: times_s.map(sample),
+            spots: [leg.from, leg.to],
+            times_s,
+            deviation_s,
+            planned_s: planned[1] - planned[0],
+        }
+    };
+    let runs: Vec<TimedRun> = legs(timeline).iter().map(run).filter(|run| run.samples[0] < run.samples[1]).collect();
+    feed_ratios(&runs, time_s.len())
+}
+
+/// Time over the planned one of most runs: clocks and declared accelerations are never quite right. Further off it is an override of
+/// most of the program.
 fn usual_pace(runs: &[TimedRun]) -> f64 {
     let long = runs.iter().filter(|run| run.planned_s > 10.0 * run.deviation_s);
     let paces: Vec<f64> = long.map(|run| (run.times_s[1] - run.times_s[0]) / run.planned_s).collect();

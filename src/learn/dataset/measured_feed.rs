@@ -45,8 +45,7 @@ pub fn measured_feed(log: &Log, aligned: &Aligned, timeline: &Timeline) -> Optio
     let ratio = match (&log.feed_mm_s, aligned.method) {
         (_, Method::Position) => by_way(log, aligned, &in_feed),
         (Some(feed), _) => by_column(feed, timeline, &in_feed)?,
-        (None, Method::Line) => aligned.feed_ratio.clone()?,
-        (None, _) => return None,
+        (None, _) => aligned.feed_ratio.clone()?,
     };
     Some(MeasuredFeed { ratio })
 }
