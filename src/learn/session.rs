@@ -3,10 +3,11 @@
 
 use crate::engage::{EngageError, Loader};
 use crate::learn::align::frame::in_work_frame;
-use crate::learn::align::line::{acceleration_shown, by_line};
+use crate::learn::align::line::{acceleration_shown, by_line, count_from_first};
 use crate::learn::align::load::by_load;
+use crate::learn::align::one_run::one_run;
 use crate::learn::align::stretch;
-use crate::learn::align::{Aligned, by_position};
+use crate::learn::align::{Aligned, Method, by_position};
 use crate::learn::dataset::binning::{Channels, bin_log, channels};
 use crate::learn::dataset::measured_feed::measured_feed;
 use crate::learn::dataset::measured_speed::other_speeds;
@@ -92,15 +93,15 @@ pub fn run(
     resultant(&mut log, options.sample, options.window_s);
     let channels = channels(&log);
     let prepared = simulate_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
-    in_work_frame(&mut log, &prepared.timeline);
+    let (log, aligned) = of_one_run(log, &prepared, job, &channels)?;
     if log.measured.is_empty() {
-        let (report, aligned) = times_alone(&prepared, &log)?;
+        let report = times_alone(&prepared, &log, &aligned)?;
         return Ok(Learned {
             report: LearnReport { alignment: Some(alignment_of(&aligned, &log)), ..report },
             data: Data::default(),
         });
     }
-    let mut learned = learn_with_data(&prepared, job, &log, &channels, options, loader)?;
+    let mut learned = learn_with_data(&prepared, job, &log, &channels, aligned, options, loader)?;
     if options.sample == Sample::Mean {
         learned.data.channel_names.iter_mut().for_each(|name| *name = name.replace("force_xy_n", MEAN_FORCE));
     }
@@ -116,7 +117,8 @@ pub fn learn(
     channels: &Channels,
     options: &LogOptions,
 ) -> Result<LearnReport, LearnError> {
-    learn_with_data(prepared, job, log, channels, options, None).map(|learned| learned.report)
+    let aligned = aligned(prepared, job, log, channels)?;
+    learn_with_data(prepared, job, log, channels, aligned, options, None).map(|learned| learned.report)
 }
 
 /// The same, with the data it was learned from; `loader` reads the files of stock.
@@ -125,11 +127,11 @@ pub fn learn_with_data(
     job: &Job,
     log: &Log,
     channels: &Channels,
+    aligned: Aligned,
     options: &LogOptions,
     loader: Option<Loader>,
 ) -> Result<Learned, LearnError> {
-    reject_dead_signals(log)?;
-    let (mut data, aligned, mut lowered) = dataset_of(prepared, job, log, channels)?;
+    let (mut data, aligned, mut lowered) = dataset_of(prepared, job, log, channels, aligned);
     // Stretches are held against each other in the declared geometry, whatever geometry is found.
     let windows = fit(&data, &[], 0).map(|base| over_time::windows(&data, &base));
     let answer = |data: &Data| {
@@ -218,14 +220,14 @@ pub fn dataset_of(
     job: &Job,
     log: &Log,
     channels: &Channels,
-) -> Result<(Data, Aligned, usize), LearnError> {
-    let aligned = aligned(prepared, job, log, channels)?;
+    aligned: Aligned,
+) -> (Data, Aligned, usize) {
     let known = prepared.known(job);
     let bin = |aligned: &Aligned| bin_log(log, aligned, &known, channels);
     let (aligned, (mut data, lowered)) = at_readings(log, aligned, &bin);
     data.timed_acceleration = aligned.acceleration.filter(|(factor, nats)| is_slower(*factor, *nats));
     data.clock_s = aligned.uncertainty_s;
-    Ok((data, aligned, lowered))
+    (data, aligned, lowered)
 }
 
 /// What the data of a log are made from.
@@ -261,6 +263,46 @@ impl LogData<'_> {
         let known = ProgramView { others: self.others.to_vec(), ..prepared.known_at(self.job, &timeline, grid) };
         bin_log(self.log, self.aligned, &known, self.channels).0
     }
+}
+
+/// Least length of a stretch of a log that belongs to nothing, over that of the program, at whose ends other runs of the program are looked
+/// for; by the load, in which a run is found only if it is long, and slowly. Judgement.
+const OUTSIDE: f64 = 0.05;
+const OUTSIDE_BY_LOAD: f64 = 0.3;
+
+/// A log with positions in the work frame, of one run of the program if it holds several, and its alignment.
+pub fn of_one_run(
+    mut log: Log,
+    prepared: &SimulatedProgram,
+    job: &Job,
+    channels: &Channels,
+) -> Result<(Log, Aligned), LearnError> {
+    reject_dead_signals(&log)?;
+    in_work_frame(&mut log, &prepared.timeline);
+    if log.position_mm.is_none() {
+        count_from_first(&mut log, &prepared.timeline);
+    }
+    let align = |log: &Log| match aligned(prepared, job, log, channels) {
+        // A load is found anywhere, more or less; places and lines are not.
+        Ok(found) if found.method != Method::Load || of_another_program(&found).is_none() => {
+            let share = covered(&found, &prepared.timeline);
+            Some((found, share))
+        }
+        _ => None,
+    };
+    let whole = aligned(prepared, job, &log, channels)?;
+    let shortest_s = prepared.timeline.total_s() * if whole.method == Method::Load { OUTSIDE_BY_LOAD } else { OUTSIDE };
+    match one_run(&log, &whole, shortest_s, &align) {
+        Some(log) => aligned(prepared, job, &log, channels).map(|found| (log, found)),
+        None => Ok((log, whole)),
+    }
+}
+
+/// In words, if a log is not that of this program.
+pub fn of_another_program(aligned: &Aligned) -> Option<String> {
+    let percent = 100.0 * aligned.misfit;
+    is_of_another_program(aligned.misfit, aligned.method == Method::Load)
+        .then(|| format!("{percent:.0} % of the log do not fit this program: is it the log of another one?"))
 }
 
 /// Aligns a log with its program: by position, by line, or by its load.

@@ -13,6 +13,7 @@ pub mod line;
 pub mod load;
 pub mod matching;
 pub mod measured_load;
+pub mod one_run;
 pub mod predicted_load;
 
 use crate::learn::log::Log;
