@@ -20,7 +20,7 @@ use feedwright::learn::diagnose::{Options, diagnose};
 use feedwright::learn::log::read_any_log;
 use feedwright::learn::model::cross_validation::by_blocks;
 use feedwright::learn::program::simulated::simulate_for;
-use feedwright::learn::session::dataset_of;
+use feedwright::learn::session::{aligned, dataset_of};
 use feedwright::setup;
 use rayon::prelude::*;
 
@@ -40,7 +40,8 @@ fn data(folder: &Path) -> Option<Data> {
     let channels = channels(&log);
     let program = fs::read(folder.join("part.nc")).ok()?;
     let prepared = simulate_for(&program, &job, None, None).ok()?;
-    dataset_of(&prepared, &job, &log, &channels).ok().map(|(data, ..)| data)
+    let aligned = aligned(&prepared, &job, &log, &channels).ok()?;
+    Some(dataset_of(&prepared, &job, &log, &channels, aligned).0)
 }
 
 fn answer(data: &Data, criteria: Criteria) -> Option<Answer> {

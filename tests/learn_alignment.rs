@@ -246,7 +246,9 @@ fn wherever_a_load_is_predicted_the_cut_that_carries_it_is_described() {
         (0..5).map(|k| format!("{:.4},{rest}\n", time_s + 0.004 * f64::from(k))).collect::<String>()
     };
     let log = read_log(format!("{heads}\n{}", rows.lines().map(often).collect::<String>()).as_bytes(), &[]).unwrap();
-    let (data, ..) = dataset_of(&prepared, &job, &log, &channels(&log)).unwrap();
+    let channels = channels(&log);
+    let tied = aligned(&prepared, &job, &log, &channels).unwrap();
+    let (data, ..) = dataset_of(&prepared, &job, &log, &channels, tied);
     let k_tc = data.base.iter().position(|base| base.name == "k_tc").unwrap();
     let loaded: Vec<usize> = (0..data.len()).filter(|i| data.columns[k_tc][*i] > 1e-9).collect();
     let described = loaded.iter().filter(|i| {

@@ -132,6 +132,105 @@ fn clocks_that_cannot_be() {
     doubted("backwards", &with(&log, 0, |_, t| (end - t).to_string()), &["backwards"]);
     doubted("standing", &with(&log, 0, |_, _| "3".into()), &["stands still"]);
     doubted("milliseconds", &with(&log, 0, |_, t| (1000.0 * t).to_string()), &["log lasts", "unit of its time"]);
+    doubted("no times", &with(&log, 0, |_, t| format!("{t} seconds")), &["no cell of the times can be read"]);
+    let alone = |unit: f64, every: usize| -> String {
+        let rows = log.lines().skip(1).step_by(every).map(|line| line.split(',').collect::<Vec<&str>>());
+        let rows = rows.map(|cells| format!("{:.6},{}\n", unit * cells[0].parse::<f64>().unwrap(), cells[5]));
+        "time_s,spindle_power_w\n".to_owned() + &rows.collect::<String>()
+    };
+    doubted("minutes, the load alone", &alone(1.0 / 60.0, 1), &["the log lasts", "unit of its time"]);
+    doubted("a reading a second", &alone(1.0, 5), &["1.00 s apart, too far"]);
+}
+
+/// The rows of a log with other times, as cells.
+fn later(log: &str, by_s: f64) -> String {
+    let rows = log.lines().skip(1).map(|line| line.split_once(',').unwrap());
+    rows.map(|(time, rest)| format!("{:.3},{rest}\n", time.parse::<f64>().unwrap() + by_s)).collect()
+}
+
+fn last_s(log: &str) -> f64 {
+    log.lines().last().unwrap().split(',').next().unwrap().parse().unwrap()
+}
+
+/// A coefficient that was printed.
+fn printed(said: &str, name: &str) -> f64 {
+    let line =
+        said.lines().find(|line| line.trim().starts_with(&format!("{name} = "))).unwrap_or_else(|| panic!("{said}"));
+    line.split_whitespace().nth(2).unwrap().parse().unwrap()
+}
+
+/// Learns from a log, expects these words and the coefficients of the good log.
+fn as_good(what: &str, log: &str, words: &[&str]) {
+    let (said, written, code) = Bench::new(log).run(&LEARN);
+    assert!(written && code == 0, "{what}: {said}");
+    assert!((printed(&said, "k_tc") - 900.0).abs() < 45.0, "{what}: {said}");
+    for word in words {
+        assert!(said.contains(word), "{what}: `{word}` is not in\n{said}");
+    }
+}
+
+#[test]
+fn a_log_of_two_parts_is_read_as_that_of_one() {
+    let log = good();
+    let end_s = last_s(&log);
+    let twice = log.clone() + &later(&log, end_s + 25.0);
+    as_good("two parts", &twice, &["the program runs 2 times in this log", "that from 0.0 s on is used"]);
+    as_good(
+        "the clock begins again",
+        &(log.clone() + &later(&log, 0.07)),
+        &["the clock begins again at row", "runs 2 times"],
+    );
+    let bench = Bench::new(&twice);
+    let (said, written, _) = bench.run(&["calibrate", "part.nc", "--log", "log.csv", "-o", "model.toml"]);
+    assert!(written && said.contains("runs 2 times"), "{said}");
+    let (said, ..) = bench.run(&["evaluate", "model.toml", "part.nc", "--log", "log.csv"]);
+    assert!(said.contains("runs 2 times") && !said.contains("less of these data"), "{said}");
+}
+
+#[test]
+fn a_log_of_two_parts_with_the_load_alone_is_read_as_that_of_one() {
+    let times_and_loads = |log: &str| -> String {
+        let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<String>>();
+        log.lines().map(cells).map(|cells| format!("{},{}\n", cells[0], cells[5])).collect()
+    };
+    let log = times_and_loads(&good());
+    let twice = log.clone() + &later(&log, last_s(&log) + 25.0);
+    as_good("two parts", &twice, &["the program runs 2 times in this log"]);
+}
+
+#[test]
+fn positions_that_are_missing_or_old_are_those_between_the_others() {
+    let log = good();
+    let rows: Vec<Vec<&str>> = log.lines().map(|line| line.split(',').collect()).collect();
+    let text = |cell: &dyn Fn(usize, usize) -> String| -> String {
+        let row = |k: usize| (0..6).map(|c| cell(k, c)).collect::<Vec<String>>().join(",") + "\n";
+        (0..rows.len()).map(row).collect()
+    };
+    let is_position = |c: usize| (1..4).contains(&c);
+    let old = |k: usize, c: usize| rows[if k > 0 && is_position(c) { 1 + (k - 1) / 3 * 3 } else { k }][c].to_owned();
+    as_good("old", &text(&old), &["positions stay the same for 3 readings"]);
+    let empty = |k: usize, c: usize| {
+        if k > 0 && is_position(c) && (7 * k + c).is_multiple_of(10) { String::new() } else { rows[k][c].to_owned() }
+    };
+    as_good("empty", &text(&empty), &["positions are empty"]);
+}
+
+#[test]
+fn a_log_in_machine_coordinates_or_with_spikes_is_calibrated_and_one_of_another_program_is_not() {
+    let calibrate = ["calibrate", "part.nc", "--log", "log.csv", "-o", "model.toml"];
+    let shifted = with(&good(), 1, |_, x| (x - 412.3).to_string());
+    let (said, written, _) = Bench::new(&shifted).run(&calibrate);
+    assert!(written && said.contains("machine coordinates"), "{said}");
+    let mut k = 0;
+    let spiky = with(&good(), 5, |_, y| {
+        k += 1;
+        if k % 400 == 0 { "20000".into() } else { y.to_string() }
+    });
+    as_good("spikes", &spiky, &["spikes of a single reading", "beyond all other readings, are left out"]);
+    let mut noise = Noise(8);
+    let other = plan(Kind::MeanForce, &job()).unwrap().program;
+    let wrong = log(&samples(&other), "spindle_power_w", |s| format!("{:.1}", power(s) + noise.normal()));
+    refused("another program", &wrong, &calibrate, &["do not fit this program"]);
 }
 
 #[test]

@@ -51,6 +51,10 @@ fn the_same_readings_in_many_styles_are_the_same_log() {
         .iter()
         .map(|ours| (String::new(), (*ours).to_owned()))
         .collect();
+    let counted: Vec<(String, String)> = in_order
+        .iter()
+        .map(|(theirs, ours)| (theirs.clone(), if ours == "time_s" { "sample_10hz".to_owned() } else { ours.clone() }))
+        .collect();
     let german = [
         ("Zeit [s]", "time_s"),
         ("X-Ist [mm]", "x_mm"),
@@ -104,6 +108,33 @@ fn the_same_readings_in_many_styles_are_the_same_log() {
             "names in a remark",
             table("# hal\n# time_s x_mm y_mm z_mm spindle_power_w spindle_rpm\n", |[t, x, p, n]| {
                 format!("{t:.1} {x:.3} 0 0 {p:.1} {n}")
+            }),
+            &[],
+        ),
+        (
+            "a counter of readings",
+            table("", |[t, x, p, n]| format!("{:.0} {x:.3} 0 0 {p:.1} {n} ", t * 10.0)),
+            &counted,
+        ),
+        (
+            "bars, and thousands apart",
+            table("time_s|x_mm|y_mm|z_mm|spindle_power_w|spindle_rpm\n", |[t, x, p, n]| {
+                format!("{t:.1}|{x:.3}|0|0|{p:.1}|{},{:03}", n as u32 / 1000, n as u32 % 1000)
+            }),
+            &[],
+        ),
+        (
+            "units of German drives, decimal commas in quotes",
+            table("time [sec],x [mm],y [mm],z [mm],power [Watt],n [1/min]\n", |[t, x, p, n]| {
+                format!("\"{}\",\"{}\",0,0,\"{}\",{n}", comma(t, 1), comma(x, 3), comma(p, 1))
+            }),
+            &[],
+        ),
+        (
+            "minutes and seconds over the hour",
+            table("time,x_mm,y_mm,z_mm,spindle_power_w,spindle_rpm\n", |[t, x, p, n]| {
+                let (minutes, seconds) = if t < 2.95 { (59, 57.0 + t) } else { (0, t - 3.0) };
+                format!("{minutes:02}:{seconds:04.1},{x:.3},0,0,{p:.1},{n}")
             }),
             &[],
         ),

@@ -23,7 +23,7 @@ use crate::learn::log::resultant::Sample;
 use crate::learn::process_model;
 use crate::learn::program::simulated::{SimulatedProgram, simulate_for};
 use crate::learn::regress::linear::Loss;
-use crate::learn::session::{LearnError, aligned};
+use crate::learn::session::{LearnError, of_another_program, of_one_run};
 use crate::machine::Job;
 use crate::report::Outcome;
 use crate::report::calibrate_json::{calibrate_json, plan_json};
@@ -168,7 +168,10 @@ fn from_program(command: &Calibrate, program: &Path, global: &Global) -> Result<
         .map_err(|e| wrong(e.into()))?;
     let channels = channels(&log);
     let prepared = ready(false)?;
-    let tied = aligned(&prepared, &job, &log, &channels).map_err(wrong)?;
+    let (log, tied) = of_one_run(log, &prepared, &job, &channels).map_err(wrong)?;
+    if let Some(why) = of_another_program(&tied) {
+        return Err(wrong(DataError::Unfit(why).into()));
+    }
     let (frame, rows) =
         steady_cuts(&log, &tied, prepared.timeline(), &job, command.force_on.is_tool()).map_err(|e| wrong(e.into()))?;
     let mut result = fit(command, global, &frame, &rows, Some(&job)).map_err(|e| wrong(e.into()))?;

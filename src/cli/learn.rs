@@ -34,6 +34,7 @@ use crate::setup::{self, SetupError};
 pub(super) const LOG_COLUMNS: &str = "Columns of a log, by the names in its header or as --columns maps them (units in brackets or at the end are \
 converted, case and blanks do not matter):
   time_s                       seconds, ISO 8601, a date and time, or a time of day
+  sample_1000hz                a counter of readings in place of the time, here of 1000 a second (halsampler -t)
   x_mm y_mm z_mm               position in the work frame
   line, block                  physical line (from 1), index of the block (from 0)
   feed_mm_min, spindle_rpm, tool, feed_override_percent

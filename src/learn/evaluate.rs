@@ -3,7 +3,6 @@
 //! the readings. Nothing is fitted.
 
 use crate::engage::Loader;
-use crate::learn::align::frame::in_work_frame;
 use crate::learn::dataset::binning::channels;
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::{Class, Data};
@@ -16,7 +15,7 @@ use crate::learn::model::fit::{Model, predict};
 use crate::learn::program::declared::in_force;
 use crate::learn::program::simulated::{simulate_declared, simulate_for};
 use crate::learn::report::Errors;
-use crate::learn::session::{LearnError, LogOptions, dataset_of};
+use crate::learn::session::{LearnError, LogOptions, dataset_of, of_another_program, of_one_run};
 use crate::machine::Job;
 use crate::machine::material::{ForceModel, RelativeLoad};
 
@@ -50,6 +49,8 @@ pub struct Evaluation {
     pub effects: Vec<String>,
     /// Quantity by quantity.
     pub quantities: Vec<OfQuantity>,
+    /// What is odd about the log.
+    pub warnings: Vec<String>,
 }
 
 /// Evaluates the model of a job on a log of one of its programs. Effects on geometry and motion already act in the job.
@@ -68,10 +69,13 @@ pub fn of_log(
         Some(_) => simulate_declared(program, job, Some(options.sample), loader)?,
         None => simulate_for(program, job, None, loader)?,
     };
-    in_work_frame(&mut log, prepared.timeline());
-    let (data, aligned, _) = dataset_of(&prepared, job, &log, &channels)?;
+    let (log, aligned) = of_one_run(log, &prepared, job, &channels)?;
+    let (data, aligned, _) = dataset_of(&prepared, job, &log, &channels, aligned);
     let found = of_data(&data, job)?;
-    Ok(Evaluation { samples: log.time_s.len(), tied: Some((aligned.method.name(), aligned.uncertainty_s)), ..found })
+    let mut warnings = log.warnings;
+    warnings.extend(of_another_program(&aligned));
+    let tied = Some((aligned.method.name(), aligned.uncertainty_s));
+    Ok(Evaluation { samples: log.time_s.len(), tied, warnings, ..found })
 }
 
 /// Evaluates the model of a job on data.
@@ -101,7 +105,7 @@ pub fn of_data(data: &Data, job: &Job) -> Result<Evaluation, DataError> {
     };
     let quantities = data.channel_names.iter().enumerate().map(of).collect();
     let effects = effects.iter().map(|each| each.effect.name.to_owned()).collect();
-    Ok(Evaluation { samples: data.len(), tied: None, effects, quantities })
+    Ok(Evaluation { samples: data.len(), tied: None, effects, quantities, warnings: Vec::new() })
 }
 
 /// Median of |error| / |reading| over those of some samples that are in a cut, percent.

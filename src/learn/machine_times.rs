@@ -6,8 +6,8 @@
 //! stop by the operator.
 
 use crate::effects::{ALL, Acts};
-use crate::learn::align::line::{acceleration_shown, by_line};
-use crate::learn::align::{Aligned, by_position};
+use crate::learn::align::Aligned;
+use crate::learn::align::line::acceleration_shown;
 use crate::learn::diagnose::criteria::is_slower;
 use crate::learn::log::Log;
 use crate::learn::log::columns::DataError;
@@ -20,17 +20,13 @@ const STRETCH_S: f64 = 10.0;
 /// Fewest stretches for a median. Judgement.
 const FEWEST: usize = 3;
 
-/// The report of a log without a load, and its alignment.
-pub fn times_alone(prepared: &SimulatedProgram, log: &Log) -> Result<(LearnReport, Aligned), DataError> {
-    let aligned =
-        by_position(log, &prepared.timeline)
-            .or_else(|| by_line(log, &prepared.timeline, &prepared.slower))
-            .ok_or_else(|| DataError::Unfit("the log has neither a load nor places or lines of this program".into()))?;
+/// The report of an aligned log without a load.
+pub fn times_alone(prepared: &SimulatedProgram, log: &Log, aligned: &Aligned) -> Result<LearnReport, DataError> {
     let found = measured_acceleration(prepared, log, &aligned.program_s);
     let half = aligned.program_s.len() / 2;
     let first: Vec<f64> = (0..2 * half).map(|i| if i < half { aligned.program_s[i] } else { f64::NAN }).collect();
     let of_first = measured_acceleration(prepared, log, &first).map_or(1.0, |(factor, _)| factor);
-    let error = |factor: f64| error_of_times(prepared, log, &aligned, half, factor);
+    let error = |factor: f64| error_of_times(prepared, log, aligned, half, factor);
     let (Some(before), Some(after)) = (error(1.0), error(of_first)) else {
         return Err(DataError::Unfit("too few samples of the log belong to the program".into()));
     };
@@ -39,7 +35,7 @@ pub fn times_alone(prepared: &SimulatedProgram, log: &Log) -> Result<(LearnRepor
     let effects: Vec<Added> =
         found.iter().filter_map(|(factor, nats)| added(*factor, *nats, [before, after])).collect();
     let after = if effects.is_empty() { before } else { after };
-    let report = LearnReport {
+    Ok(LearnReport {
         samples: log.time_s.len(),
         used: aligned.program_s.iter().filter(|t| t.is_finite()).count(),
         how: "no load is measured: only the times of the machine are learned; second half held out".into(),
@@ -50,8 +46,7 @@ pub fn times_alone(prepared: &SimulatedProgram, log: &Log) -> Result<(LearnRepor
         warnings: log.warnings.clone(),
         effects,
         ..LearnReport::default()
-    };
-    Ok((report, aligned))
+    })
 }
 
 /// (factor, nats) of the acceleration that the times show, if it is clearly less than the declared one.

@@ -233,8 +233,10 @@ pub struct FeedEvent {
     pub time_s: [f64; 2],
     /// Lines of the program, 1-based.
     pub lines: [u32; 2],
-    /// Feed over the predicted one; 0: the tool stood still.
+    /// Feed over the predicted one; 0: the tool stood still, or did something else.
     pub ratio: f64,
+    /// Was it elsewhere than on what lies ahead in the program?
+    pub elsewhere: bool,
 }
 
 impl FeedEvent {
@@ -243,6 +245,12 @@ impl FeedEvent {
         let [from, to] = self.time_s;
         let [first, last] = self.lines;
         let lines = if first == last { format!("line {first}") } else { format!("lines {first} to {last}") };
+        if self.elsewhere {
+            return format!(
+                "from {from:.1} s to {to:.1} s ({lines}) the machine did not go on in the program: lines that run again, or moves by \
+                 hand; left out"
+            );
+        }
         if self.ratio == 0.0 {
             return format!("the tool stood for {:.1} s from {from:.1} s on ({lines}): a pause, and no cut", to - from);
         }

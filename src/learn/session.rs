@@ -3,18 +3,21 @@
 
 use crate::engage::{EngageError, Loader};
 use crate::learn::align::frame::in_work_frame;
-use crate::learn::align::line::{acceleration_shown, by_line};
+use crate::learn::align::line::{acceleration_shown, by_line, count_from_first};
 use crate::learn::align::load::by_load;
+use crate::learn::align::one_run::one_run;
 use crate::learn::align::stretch;
-use crate::learn::align::{Aligned, by_position};
+use crate::learn::align::{Aligned, Method, by_position};
 use crate::learn::dataset::binning::{Channels, bin_log, channels};
 use crate::learn::dataset::measured_feed::measured_feed;
+use crate::learn::dataset::measured_speed::other_speeds;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::ceiling::without_ceilings;
-use crate::learn::diagnose::criteria::{covers_in_part, is_slower};
+use crate::learn::diagnose::criteria::{covers_in_part, is_of_another_program, is_slower, is_stretch_of_a_machine};
 use crate::learn::diagnose::doubts::{self, covered, unseen_ends};
 use crate::learn::diagnose::{Options, diagnose, over_time};
 use crate::learn::log::columns::DataError;
+use crate::learn::log::gaps::median_step;
 use crate::learn::log::resultant::MEAN_FORCE;
 use crate::learn::log::resultant::{Sample, resultant};
 use crate::learn::log::signal::reject_dead_signals;
@@ -38,6 +41,7 @@ use crate::learn::report::{Alignment, FeedEvent, LearnReport};
 use crate::learn::runout::data_about_best_runout;
 use crate::machine::Job;
 use crate::machine::material::LinearEdge;
+use std::ops::Range;
 
 /// How a log is learned from.
 #[derive(Debug, Clone, Default)]
@@ -89,15 +93,15 @@ pub fn run(
     resultant(&mut log, options.sample, options.window_s);
     let channels = channels(&log);
     let prepared = simulate_for(program, job, channels.force_xy.map(|_| options.sample), loader)?;
-    in_work_frame(&mut log, &prepared.timeline);
+    let (log, aligned) = of_one_run(log, &prepared, job, &channels)?;
     if log.measured.is_empty() {
-        let (report, aligned) = times_alone(&prepared, &log)?;
+        let report = times_alone(&prepared, &log, &aligned)?;
         return Ok(Learned {
             report: LearnReport { alignment: Some(alignment_of(&aligned, &log)), ..report },
             data: Data::default(),
         });
     }
-    let mut learned = learn_with_data(&prepared, job, &log, &channels, options, loader)?;
+    let mut learned = learn_with_data(&prepared, job, &log, &channels, aligned, options, loader)?;
     if options.sample == Sample::Mean {
         learned.data.channel_names.iter_mut().for_each(|name| *name = name.replace("force_xy_n", MEAN_FORCE));
     }
@@ -113,7 +117,8 @@ pub fn learn(
     channels: &Channels,
     options: &LogOptions,
 ) -> Result<LearnReport, LearnError> {
-    learn_with_data(prepared, job, log, channels, options, None).map(|learned| learned.report)
+    let aligned = aligned(prepared, job, log, channels)?;
+    learn_with_data(prepared, job, log, channels, aligned, options, None).map(|learned| learned.report)
 }
 
 /// The same, with the data it was learned from; `loader` reads the files of stock.
@@ -122,11 +127,11 @@ pub fn learn_with_data(
     job: &Job,
     log: &Log,
     channels: &Channels,
+    aligned: Aligned,
     options: &LogOptions,
     loader: Option<Loader>,
 ) -> Result<Learned, LearnError> {
-    reject_dead_signals(log)?;
-    let (mut data, aligned, mut lowered) = dataset_of(prepared, job, log, channels)?;
+    let (mut data, aligned, mut lowered) = dataset_of(prepared, job, log, channels, aligned);
     // Stretches are held against each other in the declared geometry, whatever geometry is found.
     let windows = fit(&data, &[], 0).map(|base| over_time::windows(&data, &base));
     let answer = |data: &Data| {
@@ -159,8 +164,10 @@ pub fn learn_with_data(
     report.events = measured_feed(log, &aligned, &prepared.timeline)
         .map_or_else(Vec::new, |feed| feed.events(log, &aligned, &prepared.timeline));
     report.events.extend(holds_as_events(&aligned, &prepared.timeline, log));
+    report.events.extend(elsewhere_as_events(&aligned, &prepared.timeline, log));
     report.events.sort_by(|a, b| a.time_s[0].total_cmp(&b.time_s[0]));
     report.warnings.extend(log.warnings.iter().cloned());
+    report.warnings.extend(other_speeds(log, &aligned, &prepared.timeline));
     let covered = covered(&aligned, &prepared.timeline);
     if covers_in_part(covered) {
         report.warnings.push(format!("the log covers {:.0} % of the program", 100.0 * covered));
@@ -187,25 +194,40 @@ fn holds_as_events(aligned: &Aligned, timeline: &Timeline, log: &Log) -> Vec<Fee
         let after = log.time_s.partition_point(|time| time < to_s);
         let at_s = aligned.program_s.get(after..)?.iter().find(|at_s| at_s.is_finite())?;
         let line = timeline.spots[timeline.at(*at_s)?].line;
-        Some(FeedEvent { time_s: [*from_s, *to_s], lines: [line; 2], ratio: 0.0 })
+        Some(FeedEvent { time_s: [*from_s, *to_s], lines: [line; 2], ratio: 0.0, elsewhere: false })
     };
     aligned.holds.iter().filter_map(event).collect()
 }
 
-/// The data of a log, its alignment, and the number of samples of reduced weight.
+/// The stretches of an alignment that are elsewhere than in the program, between samples that are in it.
+fn elsewhere_as_events(aligned: &Aligned, timeline: &Timeline, log: &Log) -> Vec<FeedEvent> {
+    let line = |i: usize| timeline.at(aligned.program_s[i]).map(|k| timeline.spots[k].line);
+    let event = |stretch: &Range<usize>| {
+        let (before, after) = (stretch.start.checked_sub(1)?, stretch.end);
+        Some(FeedEvent {
+            time_s: [log.time_s[stretch.start], log.time_s[after]],
+            lines: [line(before)?, line(after)?],
+            ratio: 0.0,
+            elsewhere: true,
+        })
+    };
+    aligned.elsewhere(log).iter().filter_map(event).collect()
+}
+
+/// The data of an aligned log, its alignment at the times of the readings, and the number of samples of reduced weight.
 pub fn dataset_of(
     prepared: &SimulatedProgram,
     job: &Job,
     log: &Log,
     channels: &Channels,
-) -> Result<(Data, Aligned, usize), LearnError> {
-    let aligned = aligned(prepared, job, log, channels)?;
+    aligned: Aligned,
+) -> (Data, Aligned, usize) {
     let known = prepared.known(job);
     let bin = |aligned: &Aligned| bin_log(log, aligned, &known, channels);
     let (aligned, (mut data, lowered)) = at_readings(log, aligned, &bin);
     data.timed_acceleration = aligned.acceleration.filter(|(factor, nats)| is_slower(*factor, *nats));
     data.clock_s = aligned.uncertainty_s;
-    Ok((data, aligned, lowered))
+    (data, aligned, lowered)
 }
 
 /// What the data of a log are made from.
@@ -243,6 +265,46 @@ impl LogData<'_> {
     }
 }
 
+/// Least length of a stretch of a log that belongs to nothing, over that of the program, at whose ends other runs of the program are looked
+/// for; by the load, in which a run is found only if it is long, and slowly. Judgement.
+const OUTSIDE: f64 = 0.05;
+const OUTSIDE_BY_LOAD: f64 = 0.3;
+
+/// A log with positions in the work frame, of one run of the program if it holds several, and its alignment.
+pub fn of_one_run(
+    mut log: Log,
+    prepared: &SimulatedProgram,
+    job: &Job,
+    channels: &Channels,
+) -> Result<(Log, Aligned), LearnError> {
+    reject_dead_signals(&log)?;
+    in_work_frame(&mut log, &prepared.timeline);
+    if log.position_mm.is_none() {
+        count_from_first(&mut log, &prepared.timeline);
+    }
+    let align = |log: &Log| match aligned(prepared, job, log, channels) {
+        // A load is found anywhere, more or less; places and lines are not.
+        Ok(found) if found.method != Method::Load || of_another_program(&found).is_none() => {
+            let share = covered(&found, &prepared.timeline);
+            Some((found, share))
+        }
+        _ => None,
+    };
+    let whole = aligned(prepared, job, &log, channels)?;
+    let shortest_s = prepared.timeline.total_s() * if whole.method == Method::Load { OUTSIDE_BY_LOAD } else { OUTSIDE };
+    match one_run(&log, &whole, shortest_s, &align) {
+        Some(log) => aligned(prepared, job, &log, channels).map(|found| (log, found)),
+        None => Ok((log, whole)),
+    }
+}
+
+/// In words, if a log is not that of this program.
+pub fn of_another_program(aligned: &Aligned) -> Option<String> {
+    let percent = 100.0 * aligned.misfit;
+    is_of_another_program(aligned.misfit, aligned.method == Method::Load)
+        .then(|| format!("{percent:.0} % of the log do not fit this program: is it the log of another one?"))
+}
+
 /// Aligns a log with its program: by position, by line, or by its load.
 pub fn aligned(prepared: &SimulatedProgram, job: &Job, log: &Log, channels: &Channels) -> Result<Aligned, LearnError> {
     let by_position = by_position(log, &prepared.timeline).map(|aligned| {
@@ -262,9 +324,33 @@ fn found_by_load(
     channels: &Channels,
 ) -> Result<Aligned, LearnError> {
     let index = channels.spindle.map(|(k, ..)| k).or(channels.force_xy);
-    let unfit = |why: &str| LearnError::from(DataError::Unfit(why.into()));
-    let index = index.ok_or_else(|| unfit("the log has no measured load to compare with"))?;
-    by_load(log, index, &prepared.known(job)).ok_or_else(|| unfit("the log is too short to be found in the program"))
+    let unfit = |why: &str| LearnError::from(DataError::Unfit(why.to_owned()));
+    let index = index.ok_or_else(|| unfit("the log has neither a load nor places or lines of this program"))?;
+    by_load(log, index, &prepared.known(job)).ok_or_else(|| unfit(&not_found(log, &prepared.timeline)))
+}
+
+/// Longest step from reading to reading at which a load can be found in its program, s: eight readings in a window of the alignment.
+const STEP_TO_BE_FOUND_S: f64 = 0.75;
+
+/// Why a log cannot be found in its program by its load alone.
+fn not_found(log: &Log, timeline: &Timeline) -> String {
+    let (lasts_s, program_s) = (log.time_s.last().copied().unwrap_or(0.0), timeline.total_s());
+    let step_s = median_step(&log.time_s);
+    if !is_stretch_of_a_machine(lasts_s / program_s.max(1e-9)) {
+        return format!(
+            "the log lasts {lasts_s:.1} s and the program {program_s:.1} s: is the unit of its time right?"
+        );
+    }
+    if step_s > STEP_TO_BE_FOUND_S {
+        return format!(
+            "readings are {step_s:.2} s apart, too far to find them in the program by the load alone: log positions or lines too, or read \
+             it four times a second or more"
+        );
+    }
+    format!(
+        "the log is too short ({lasts_s:.1} s, {} readings) to be found in the program by its load alone",
+        log.time_s.len()
+    )
 }
 
 fn alignment_of(aligned: &Aligned, log: &Log) -> Alignment {

@@ -18,6 +18,7 @@ struct EvaluationPart<'a> {
     alignment: Option<TiedPart>,
     effects: &'a [String],
     quantities: Vec<QuantityPart<'a>>,
+    warnings: &'a [String],
     /// Of the first quantity.
     test: Option<ErrorsPart>,
 }
@@ -48,6 +49,7 @@ impl<'a> EvaluationPart<'a> {
             alignment: e.tied.map(|(method, uncertainty_s)| TiedPart { method, uncertainty_s }),
             effects: &e.effects,
             quantities: e.quantities.iter().map(QuantityPart::of).collect(),
+            warnings: &e.warnings,
             test: e.quantities.first().map(|quantity| ErrorsPart::of(&quantity.model)),
         }
     }

@@ -26,6 +26,7 @@ pub fn evaluate_words(e: &Evaluation) -> String {
             text += "  this model says less of these data than their mean does\n";
         }
     }
+    e.warnings.iter().for_each(|note| text += &format!("note: {note}\n"));
     text
 }
 

@@ -370,7 +370,11 @@ struct EventPart {
 impl EventPart {
     fn of(event: &FeedEvent) -> Self {
         Self {
-            kind: if event.ratio == 0.0 { "hold" } else { "override" },
+            kind: match event {
+                FeedEvent { elsewhere: true, .. } => "elsewhere",
+                FeedEvent { ratio: 0.0, .. } => "hold",
+                FeedEvent { .. } => "override",
+            },
             covariate: "feed",
             time_s: Some(event.time_s),
             lines: Some(event.lines),
@@ -460,7 +464,7 @@ mod tests {
             unnamed: vec![curve(Some("size")), curve(None)],
             confounded: vec![group],
             condition: f64::NAN,
-            events: vec![FeedEvent { time_s: [1.0, 2.0], lines: [3, 4], ratio: 0.0 }],
+            events: vec![FeedEvent { time_s: [1.0, 2.0], lines: [3, 4], ratio: 0.0, elsewhere: false }],
             ..LearnReport::default()
         };
         let text = learn_json(&report);

@@ -36,6 +36,11 @@ impl Holds {
         log_s - self.0.iter().map(|(from, to)| (log_s.min(*to) - from).max(0.0)).sum::<f64>()
     }
 
+    /// The time of the log at a running time.
+    pub(in crate::learn) fn log_s(&self, running_s: f64) -> f64 {
+        self.0.iter().fold(running_s, |log_s, (from, to)| if *from < log_s { log_s + to - from } else { log_s })
+    }
+
     /// Is a time of the log within a hold?
     pub(in crate::learn) fn holds(&self, log_s: f64) -> bool {
         self.0.iter().any(|(from, to)| (*from..*to).contains(&log_s))

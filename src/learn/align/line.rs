@@ -25,6 +25,10 @@ const SURE: f64 = 6.0;
 const GONE: f64 = 0.7;
 /// Share of the readings below which the spindle counts as idle, and above which a run counts as in a cut. Judgement.
 const IDLE: f64 = 0.05;
+/// Mean error of the lengths of runs, as a logarithm, above which their lines may be miscounted, and the share of it that is left if they
+/// are. Judgement: an override of a half is 0.7, and stays with any count.
+const MISCOUNTED: f64 = 0.4;
+const FEWER: f64 = 0.3;
 /// Time over which the lengths of runs show the feed, s, and its least deviation from the predicted one. Judgement, as for the feeds that are
 /// listed.
 const FEED_SPAN_S: f64 = 4.0;
@@ -69,9 +73,12 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
     }
     let least_s = LEAST_STEPS * median_step(&log.time_s);
     let sample_uncertainty_s: Vec<f64> = drift.deviations_s(&placed).into_iter().map(|s| s.max(least_s)).collect();
+    let pauses = pauses(log, &holds, &drift, &placed);
+    let placed = in_runs(&runs, lines.len());
     Some(Aligned {
         uncertainty_s: median_uncertainty(&program_s, &sample_uncertainty_s),
         program_s,
+        placed,
         method: Method::Line,
         sample_uncertainty_s,
         misfit: lost as f64 / lines.len().max(1) as f64,
@@ -79,8 +86,33 @@ pub fn by_line(log: &Log, timeline: &Timeline, slower: &[Slower]) -> Option<Alig
         acceleration: (clock.factor < 1.0).then_some((clock.factor, nats)),
         feed_ratio: Some(ratios),
         holds: holds.0.clone(),
-        pauses: pauses(log, &holds, &drift, &placed),
+        pauses,
     })
+}
+
+/// Numbers the lines of a log as those of the program if they count from another one, with a warning.
+pub fn count_from_first(log: &mut Log, timeline: &Timeline) {
+    let Some(lines) = &log.line else { return };
+    let (legs, clock) = (legs(timeline), Clock::new(timeline, &[], 1.0));
+    let off = |by: f64| {
+        let own: Vec<f64> = lines.iter().map(|line| line + by).collect();
+        error_of_lengths(&timed_runs(&log.time_s, &legs, &runs(&own, &legs).0, &clock))
+    };
+    let plain = off(0.0);
+    let better = |by: &f64| plain > MISCOUNTED && off(*by) < FEWER * plain;
+    let Some(by) = [1.0, -1.0].into_iter().find(better) else { return };
+    log.line = Some(lines.iter().map(|line| line + by).collect());
+    log.warnings.push(format!(
+        "the lines last as long as those of the program only with {by:+} to their number: so they are read"
+    ));
+}
+
+/// Mean of |ln(length / planned length)| over the runs that are long enough to tell.
+fn error_of_lengths(runs: &[TimedRun]) -> f64 {
+    let lasted_s = |run: &TimedRun| (run.times_s[1] - run.times_s[0]).max(1e-9);
+    let long = runs.iter().filter(|run| run.planned_s.max(lasted_s(run)) > 10.0 * run.deviation_s);
+    let errors: Vec<f64> = long.map(|run| (lasted_s(run) / run.planned_s.max(1e-9)).ln().abs()).collect();
+    errors.iter().sum::<f64>() / errors.len().max(1) as f64
 }
 
 /// Clock and drift of the most likely acceleration (the declared one unless another is clearly better), and the gain in
@@ -147,21 +179,36 @@ fn legs(timeline: &Timeline) -> Vec<Leg> {
     legs
 }
 
-/// Runs that belong to a leg, in order, and the number of samples that do not.
+/// Runs that belong to a leg, in order, and the number of samples that do not. A leg that comes again after lines before it is
+/// repeated: the program was begun again there.
 fn runs(lines: &[f64], legs: &[Leg]) -> (Vec<LineRun>, usize) {
-    let (mut runs, mut next, mut from, mut lost) = (Vec::new(), 0, 0, 0);
+    let (mut runs, mut next, mut from, mut lost): (Vec<LineRun>, _, _, _) = (Vec::new(), 0, 0, 0);
+    let mut went_back = false;
     while from < lines.len() {
         let to = (from..lines.len()).find(|i| lines[*i] != lines[from]).unwrap_or(lines.len());
-        match legs[next..].iter().position(|leg| f64::from(leg.line) == lines[from]) {
-            Some(k) => {
-                next += k;
-                runs.push(LineRun { from, to, leg: next });
+        let is_own = |leg: &Leg| f64::from(leg.line) == lines[from];
+        let ahead = legs[next..].iter().position(is_own).map(|k| next + k);
+        went_back |= ahead.is_none() && legs[..next].iter().any(is_own);
+        let is_again = |leg: &usize| went_back && runs.last().is_some_and(|last| last.leg == *leg);
+        match ahead.filter(|leg| !is_again(leg)) {
+            Some(leg) => {
+                (next, went_back) = (leg, false);
+                runs.push(LineRun { from, to, leg });
             }
             None => lost += to - from,
         }
         from = to;
     }
     (runs, lost)
+}
+
+/// Is each sample in a run?
+fn in_runs(runs: &[LineRun], samples: usize) -> Vec<bool> {
+    let mut placed = vec![false; samples];
+    for run in runs {
+        placed[run.from..run.to].fill(true);
+    }
+    placed
 }
 
 /// A run between two boundaries that were both passed between two of its samples and the next.
@@ -199,11 +246,38 @@ fn timed_runs(time_s: &[f64], legs: &[Leg], runs: &[LineRun], clock: &Clock) -> 
     runs.windows(3).filter_map(of).collect()
 }
 
-/// Time over the planned one of most runs: clocks and declared accelerations are never quite right.
+/// Feed over the predicted one by the times at which a load shows the legs of the program to begin and end, sample by sample; `reached_s`: the
+/// time of the log, without holds, at a time of the program.
+pub(in crate::learn) fn ratios_of_legs(
+    timeline: &Timeline,
+    clock: &Clock,
+    time_s: &[f64],
+    deviation_s: f64,
+    reached_s: impl Fn(f64) -> f64,
+) -> Vec<f64> {
+    let sample = |at_s: f64| time_s.partition_point(|time| *time < at_s);
+    let run = |leg: &Leg| {
+        let planned = [clock.starts[leg.from], clock.starts[leg.to]];
+        let times_s = planned.map(&reached_s);
+        TimedRun {
+            samples: times_s.map(sample),
+            spots: [leg.from, leg.to],
+            times_s,
+            deviation_s,
+            planned_s: planned[1] - planned[0],
+        }
+    };
+    let runs: Vec<TimedRun> = legs(timeline).iter().map(run).filter(|run| run.samples[0] < run.samples[1]).collect();
+    feed_ratios(&runs, time_s.len())
+}
+
+/// Time over the planned one of most runs: clocks and declared accelerations are never quite right. Further off it is an override of
+/// most of the program.
 fn usual_pace(runs: &[TimedRun]) -> f64 {
     let long = runs.iter().filter(|run| run.planned_s > 10.0 * run.deviation_s);
     let paces: Vec<f64> = long.map(|run| (run.times_s[1] - run.times_s[0]) / run.planned_s).collect();
-    if paces.is_empty() { 1.0 } else { median(&paces) }
+    let pace = if paces.is_empty() { 1.0 } else { median(&paces) };
+    if (pace - 1.0).abs() < LEAST_OFF { pace } else { 1.0 }
 }
 
 /// Holds within runs, (from, to), s: a run that lasts longer than its leg, in which the load of the cut is gone for so much longer than the leg
@@ -390,8 +464,52 @@ mod tests {
     }
 
     #[test]
+    fn an_override_of_most_of_the_program_is_one_and_the_rest_runs_as_programmed() {
+        let slow = |at_s: f64| if at_s < 60.0 { 0.7 } else { 1.0 };
+        let found = by_line(&logged(|at_s, _| slow(at_s)), &thirty_cuts(), &[]).unwrap();
+        let ratios = found.feed_ratio.unwrap();
+        let inner = |at_s: f64| (6.0..54.0).contains(&at_s) || (66.0..84.0).contains(&at_s);
+        for (ratio, at_s) in ratios.iter().zip(&found.program_s).filter(|(_, at_s)| inner(**at_s)) {
+            assert!((ratio - slow(*at_s)).abs() < 0.02, "{ratio} at {at_s}");
+        }
+    }
+
+    #[test]
+    fn lines_that_count_from_another_one_are_renumbered() {
+        // Lines of unlike lengths.
+        const ENDS_S: [f64; 13] = [7.0, 9.0, 13.0, 22.0, 25.0, 30.0, 41.0, 43.0, 52.0, 55.0, 60.0, 71.0, 73.0];
+        let line = |at_s: f64| 1 + ENDS_S.iter().filter(|end_s| **end_s <= at_s).count() as u32;
+        let mut program = thirty_cuts();
+        program.spots.iter_mut().for_each(|spot| spot.line = line(spot.start_s));
+        let counted = |by: f64| {
+            let log = logged(|_, _| 1.0);
+            let lines = log.time_s.iter().map(|time| f64::from(line(time + 0.01)) + by).collect();
+            let mut log = Log { line: Some(lines), ..log };
+            count_from_first(&mut log, &program);
+            (log.line.unwrap()[40], log.warnings.len())
+        };
+        assert_eq!([counted(0.0), counted(1.0), counted(-1.0)], [(1.0, 0), (1.0, 1), (1.0, 1)]);
+    }
+
+    #[test]
+    fn lines_that_run_again_belong_to_nothing() {
+        let mut log = logged(|_, _| 1.0);
+        let lines = log.line.clone().unwrap();
+        let at = |line: f64| lines.iter().position(|own| *own == line).unwrap();
+        // Lines 10 to 12 twice.
+        let again: Vec<usize> = (0..at(13.0)).chain(at(10.0)..lines.len()).collect();
+        log.line = Some(again.iter().map(|i| lines[*i]).collect());
+        log.measured[0].1 = again.iter().map(|i| log.measured[0].1[*i]).collect();
+        log.time_s = (0..again.len()).map(|k| 0.05 * k as f64).collect();
+        let found = by_line(&log, &thirty_cuts(), &[]).unwrap();
+        let repeated = at(13.0)..2 * at(13.0) - at(10.0);
+        assert!((0..again.len()).all(|i| found.placed[i] != repeated.contains(&i)));
+        assert!(repeated.clone().all(|i| found.program_s[i].is_nan()));
+    }
+
+    #[test]
     fn a_clock_that_is_slow_throughout_is_no_override() {
-        let log = logged(|_, _| 0.9);
+        let log = logged(|_, _| 0.97);
         let found = by_line(&log, &thirty_cuts(), &[]).unwrap();
         assert!(found.holds.is_empty() && found.feed_ratio.unwrap().iter().all(|ratio| *ratio == 1.0));
     }

@@ -15,7 +15,7 @@
 
 use crate::learn::align::drift::{Drift, Observation, drift, interpolated};
 use crate::learn::align::holds::Holds;
-use crate::learn::align::line::most_likely_acceleration;
+use crate::learn::align::line::{most_likely_acceleration, ratios_of_legs};
 use crate::learn::align::matching::{Match, match_load};
 use crate::learn::align::measured_load::{MeasuredLoad, gridded, thinned};
 use crate::learn::align::predicted_load::{PARTS, Part, PredictedLoad, parts, with_uncertain_parts};
@@ -50,6 +50,8 @@ const NEXT_MACHINE: f64 = 1.5;
 const BETWEEN: usize = 3;
 /// Time about the place of a hold over which the load of the cut is taken, s: it is known to about a step of the match. Judgement.
 const HELD_S: f64 = 0.5;
+/// Standard deviation of the length of a leg by the load at its ends, s. Judgement: stock or tool may differ from the declared ones.
+const EDGE_S: f64 = 0.15;
 /// Round before which lags are tried.
 const LAG_ROUND: usize = 3;
 
@@ -76,10 +78,16 @@ pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> 
     let pauses = holds.pauses(&state.walk);
     let stood = search.without_load(&holds, &state);
     let program_s: Vec<f64> = placed.iter().map(|t| state.clock.declared_s(timeline, *t)).collect();
+    // A hold in which the cut goes on is time at another feed.
+    let stands = Holds(holds.0.iter().copied().filter(|(from_s, _)| stood.contains(from_s)).collect());
+    let reached_s = |at_s: f64| stands.running_s(holds.log_s(state.walk.log_s(at_s)));
+    let without_stands: Vec<f64> = log.time_s.iter().map(|time| stands.running_s(*time)).collect();
+    let feed_ratio = ratios_of_legs(timeline, &state.clock, &without_stands, EDGE_S, reached_s);
     let sample_uncertainty_s: Vec<f64> =
         state.walk.deviations_s(&placed).into_iter().map(|s| s.hypot(LEAST_S)).collect();
     Some(Aligned {
         uncertainty_s: median_uncertainty(&program_s, &sample_uncertainty_s),
+        placed: program_s.iter().map(|t| t.is_finite()).collect(),
         program_s,
         method: Method::Load,
         sample_uncertainty_s,
@@ -88,7 +96,7 @@ pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> 
             .filter(|(at_s, _)| stood.contains(at_s))
             .map(|(at_s, long_s)| (*at_s, at_s + long_s))
             .collect(),
-        feed_ratio: None,
+        feed_ratio: Some(feed_ratio),
         read_later_s: 0.0,
         misfit: (1.0 - correlation).clamp(0.0, 1.0),
         acceleration: (state.clock.factor < 1.0).then_some((state.clock.factor, nats)),

@@ -13,12 +13,14 @@ pub mod line;
 pub mod load;
 pub mod matching;
 pub mod measured_load;
+pub mod one_run;
 pub mod predicted_load;
 
 use crate::learn::log::Log;
 use crate::learn::log::gaps::{longest_step, median_step};
 use crate::learn::program::timeline::{Activity, Spot, Timeline};
 use crate::path::Vec3;
+use std::ops::Range;
 
 /// What a log is aligned by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -48,6 +50,8 @@ impl Method {
 pub struct Aligned {
     /// Predicted program time of each sample, s; NaN outside.
     pub program_s: Vec<f64>,
+    /// Does each sample belong to the program: on the path ahead, on a line ahead, or within it by its load?
+    pub placed: Vec<bool>,
     /// What it was aligned by.
     pub method: Method,
     /// Standard uncertainty of the program time of each sample, s.
@@ -69,52 +73,120 @@ pub struct Aligned {
     pub acceleration: Option<(f64, f64)>,
 }
 
+impl Aligned {
+    /// Stretches of [`ELSEWHERE_S`] and more that are not placed, with placed samples before and after: from … to (exclusive).
+    pub fn elsewhere(&self, log: &Log) -> Vec<Range<usize>> {
+        let mut at = 0;
+        let stretches = self.placed.chunk_by(|a, b| a == b).map(|same| {
+            at += same.len();
+            (same[0], at - same.len()..at)
+        });
+        let lasts_s = |stretch: &Range<usize>| log.time_s[stretch.end] - log.time_s[stretch.start];
+        let within =
+            stretches.filter(|(placed, stretch)| !placed && stretch.start > 0 && stretch.end < self.placed.len());
+        let long = within.map(|(_, stretch)| stretch).filter(|stretch| lasts_s(stretch) >= ELSEWHERE_S);
+        if self.method == Method::Load { Vec::new() } else { long.collect() }
+    }
+}
+
+/// Shortest stretch elsewhere than in the program that is left out and reported, s. Judgement: retracts to a place that the program does
+/// not tell are shorter.
+const ELSEWHERE_S: f64 = 4.0;
 /// Distance at which a position counts as off the path, mm. Judgement.
 const OFF_PATH_MM: f64 = 1.0;
+/// Length of the path from its beginning in which a log begins, mm, and the share of samples off the path above which it may begin
+/// elsewhere. Judgement.
+const BEGINNING_MM: f64 = 500.0;
+const LOST: f64 = 0.05;
 /// Penalty that decides between equally near points, mm: per mm that the tool would have moved; after a gap, per second
 /// that it would be early or late.
 const AHEAD: f64 = 1e-4;
 const EARLY_OR_LATE_MM_S: f64 = 1e-3;
 
-/// Follows the tool along the path.
+/// Follows the tool along the path. If it is soon lost, the log begins elsewhere: in the middle of the program, or where the last run ended.
 pub fn by_position(log: &Log, timeline: &Timeline) -> Option<Aligned> {
     let axes = log.position_mm.as_ref()?;
     let points: Vec<Vec3> = (0..log.time_s.len()).map(|i| Vec3::new(axes[0][i], axes[1][i], axes[2][i])).collect();
-    let spots = &timeline.spots;
-    let fastest = spots.iter().map(Spot::speed_mm_s).filter(|v| v.is_finite()).fold(1.0, f64::max);
-    let (mut spot, mut share, mut reach, mut off) = (0, 0.0, f64::INFINITY, 0);
-    let mut program_s: Vec<f64> = Vec::with_capacity(points.len());
-    let longest_s = longest_step(&log.time_s);
-    for (i, p) in points.iter().enumerate() {
-        let step_s = if i == 0 { 0.0 } else { log.time_s[i] - log.time_s[i - 1] };
-        let most = if i == 0 { 500.0 } else { 1.5 * fastest * step_s + 1.0 };
-        reach = if reach.is_finite() { f64::max(reach, most) } else { most };
-        let expected_s = program_s.last().filter(|_| step_s > longest_s).map(|before| before + step_s);
-        let found = nearest(spots, (spot, share), reach, p, expected_s);
-        if found.distance < OFF_PATH_MM {
-            (spot, share, reach) = (found.spot, found.share, most);
-        } else {
-            off += 1;
-            reach *= 1.2;
-        }
-        program_s.push(spots[spot].start_s + share * (spots[spot].end_s - spots[spot].start_s));
-    }
-    spread_standing(&mut program_s, log, timeline);
     let moved = moves(&points);
+    let follow = |reach_mm: f64| followed(log, timeline, &points, &moved, reach_mm);
+    let mut best = follow(BEGINNING_MM);
+    if best.misfit() > LOST {
+        for reach_mm in [f64::INFINITY, 0.0] {
+            let other = follow(reach_mm);
+            best = if other.misfit() < best.misfit() { other } else { best };
+        }
+    }
+    let misfit = best.misfit();
+    let Followed { mut program_s, placed } = best;
+    spread_standing(&mut program_s, log, timeline);
     leave_ends(&mut program_s, &moved, timeline);
     let rate_s = median_step(&log.time_s);
-    Some(Aligned {
+    let mut aligned = Aligned {
         program_s,
+        placed,
         method: Method::Position,
         sample_uncertainty_s: vec![0.1 * rate_s; points.len()],
         uncertainty_s: 0.1 * rate_s,
-        misfit: off as f64 / points.len().max(1) as f64,
+        misfit,
         pauses: Vec::new(),
         holds: Vec::new(),
         feed_ratio: None,
         read_later_s: 0.0,
         acceleration: None,
-    })
+    };
+    let begin = [&moved, &aligned.placed].map(|of| of.iter().position(|is| *is).unwrap_or(0));
+    if begin[0] < begin[1] {
+        // If the second moved, the first does too.
+        let first = if begin[0] == 1 { 0 } else { begin[0] };
+        aligned.program_s[first..begin[1]].fill(f64::NAN);
+    }
+    for stretch in aligned.elsewhere(log) {
+        let is_wait = waiting_after(timeline, aligned.program_s[stretch.start]) > aligned.program_s[stretch.start];
+        if is_wait {
+            aligned.placed[stretch].fill(true);
+        } else {
+            aligned.program_s[stretch].fill(f64::NAN);
+        }
+    }
+    Some(aligned)
+}
+
+/// The tool followed along the path: the program time of each sample, and whether it is on the path.
+struct Followed {
+    program_s: Vec<f64>,
+    placed: Vec<bool>,
+}
+
+impl Followed {
+    /// Share of the samples off the path.
+    fn misfit(&self) -> f64 {
+        self.placed.iter().filter(|on| !**on).count() as f64 / self.placed.len().max(1) as f64
+    }
+}
+
+/// Follows the tool from a place within `first_reach_mm` of the path's beginning.
+fn followed(log: &Log, timeline: &Timeline, points: &[Vec3], moved: &[bool], first_reach_mm: f64) -> Followed {
+    let spots = &timeline.spots;
+    let fastest = spots.iter().map(Spot::speed_mm_s).filter(|v| v.is_finite()).fold(1.0, f64::max);
+    let (mut spot, mut share, mut reach) = (0, 0.0, first_reach_mm);
+    let mut found_all = Followed { program_s: Vec::with_capacity(points.len()), placed: Vec::new() };
+    let longest_s = longest_step(&log.time_s);
+    for (i, p) in points.iter().enumerate() {
+        let step_s = if i == 0 { 0.0 } else { log.time_s[i] - log.time_s[i - 1] };
+        let most = if i == 0 { first_reach_mm } else { 1.5 * fastest * step_s + 1.0 };
+        reach = f64::max(reach, most);
+        let expected_s = found_all.program_s.last().filter(|_| step_s > longest_s).map(|before| before + step_s);
+        let found = nearest(spots, (spot, share), reach, p, expected_s);
+        let is_on = found.distance < OFF_PATH_MM;
+        if is_on {
+            (spot, share, reach) = (found.spot, found.share, most);
+        } else if moved[i] {
+            reach *= 1.2;
+        }
+        found_all.placed.push(is_on);
+        found_all.program_s.push(spots[spot].start_s + share * (spots[spot].end_s - spots[spot].start_s));
+    }
+    found_all
 }
 
 struct NearestPlace {

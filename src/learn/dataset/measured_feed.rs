@@ -1,7 +1,8 @@
 //! Realised feed over the predicted one: override, slow corners, stops. In: a log placed in its program. Out: a ratio
 //! for every sample; `None` if the log does not show the feed.
 //!
-//! If the log is aligned by positions, the ratio at a sample is Δp/Δt over [`SPAN_S`] about it, with p the predicted
+//! If the log is aligned by positions, the ratio at a sample is Δp/Δt over [`SPAN_S`] about it (longer where the clock of the log is not
+//! even), with p the predicted
 //! program time at the position of the tool and t the log time. Otherwise it is the logged feed over the predicted
 //! speed; if a control logs the commanded feed instead of the realised one (it does not fall in corners), over the
 //! highest predicted speed of the move.
@@ -9,12 +10,14 @@
 use crate::learn::align::{Aligned, Method};
 use crate::learn::log::Log;
 use crate::learn::program::timeline::{Activity, Spot, Timeline};
-use crate::learn::regress::statistics::median;
+use crate::learn::regress::statistics::{median, scale_of};
 use crate::learn::report::FeedEvent;
 
 /// Time over which positions are differentiated, s: a few samples at the 10 … 50 Hz of controls, and shorter than most
 /// blocks.
 const SPAN_S: f64 = 0.3;
+/// The same, in deviations of the time stamps of a clock that is not even: the feed then scatters by a thirtieth. Judgement.
+const SPAN_JITTERS: f64 = 30.0;
 /// Largest ratio: overrides end at 150 or 200 %.
 const MOST: f64 = 2.5;
 /// Share of the predicted feed below which the tool stands still. Judgement.
@@ -42,8 +45,7 @@ pub fn measured_feed(log: &Log, aligned: &Aligned, timeline: &Timeline) -> Optio
     let ratio = match (&log.feed_mm_s, aligned.method) {
         (_, Method::Position) => by_way(log, aligned, &in_feed),
         (Some(feed), _) => by_column(feed, timeline, &in_feed)?,
-        (None, Method::Line) => aligned.feed_ratio.clone()?,
-        (None, _) => return None,
+        (None, _) => aligned.feed_ratio.clone()?,
     };
     Some(MeasuredFeed { ratio })
 }
@@ -55,11 +57,12 @@ fn feed_spot(timeline: &Timeline, time_s: f64) -> Option<usize> {
 
 fn by_way(log: &Log, aligned: &Aligned, in_feed: &[Option<usize>]) -> Vec<f64> {
     let (t, p) = (&log.time_s, &aligned.program_s);
+    let span_s = SPAN_S.max(SPAN_JITTERS * jitter_s(t, p, in_feed));
     let reach = |i: usize, step: isize| {
         let mut k = i;
         while let Some(next) = k.checked_add_signed(step).filter(|n| *n < t.len() && in_feed[*n].is_some()) {
             k = next;
-            if (t[k] - t[i]).abs() >= 0.5 * SPAN_S {
+            if (t[k] - t[i]).abs() >= 0.5 * span_s {
                 break;
             }
         }
@@ -70,6 +73,15 @@ fn by_way(log: &Log, aligned: &Aligned, in_feed: &[Option<usize>]) -> Vec<f64> {
         if in_feed[i].is_none() || from == to { 1.0 } else { (p[to] - p[from]) / (t[to] - t[from]) }
     };
     (0..t.len()).map(|i| ratio(i).clamp(0.0, MOST)).collect()
+}
+
+/// Standard deviation of the steps of the clock against those of the places, s.
+fn jitter_s(time_s: &[f64], program_s: &[f64], in_feed: &[Option<usize>]) -> f64 {
+    let both = |k: &usize| in_feed[*k].is_some() && in_feed[k + 1].is_some();
+    let off = |k: usize| (program_s[k + 1] - program_s[k]) - (time_s[k + 1] - time_s[k]);
+    let steps: Vec<f64> = (0..time_s.len().saturating_sub(1)).filter(both).map(off).collect();
+    let middle = median(&steps);
+    scale_of(&steps.iter().map(|step| step - middle).collect::<Vec<f64>>())
 }
 
 fn by_column(feed: &[f64], timeline: &Timeline, in_feed: &[Option<usize>]) -> Option<Vec<f64>> {
@@ -126,6 +138,7 @@ impl MeasuredFeed {
                 time_s: [log.time_s[first], log.time_s[last]],
                 lines: [line(first), line(last)],
                 ratio: if is_stand { 0.0 } else { ratio },
+                elsewhere: false,
             });
         }
         events
@@ -183,6 +196,19 @@ mod tests {
         assert_eq!(events.len(), 1, "{events:?}");
         assert!((events[0].ratio - 0.8).abs() < 0.01 && (events[0].time_s[0] - 2.0).abs() < 0.3);
         assert!(events[0].in_words().contains("80 % of the predicted feed"), "{}", events[0].in_words());
+    }
+
+    #[test]
+    fn a_clock_that_is_not_even_does_not_scatter_the_feed() {
+        let program = straight();
+        let (mut log, aligned) = logged(|t| if t < 5.0 { 1.0 } else { 0.7 }, None);
+        let uneven = |k: usize| 0.02 * (((k * 7919) % 101) as f64 / 50.0 - 1.0);
+        log.time_s.iter_mut().enumerate().for_each(|(k, time)| *time += uneven(k));
+        let found = measured_feed(&log, &aligned, &program).unwrap();
+        let off = |i: usize| found.ratio[i] - if log.time_s[i] < 5.0 { 1.0 } else { 0.7 };
+        let inner = (10..log.time_s.len() - 10).filter(|i| (log.time_s[*i] - 5.0).abs() > 0.5);
+        let worst = inner.map(|i| off(i).abs()).fold(0.0, f64::max);
+        assert!(worst < 0.1, "{worst}");
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod highest_feeds;
 pub mod layers;
 pub mod mean_forces;
 pub mod measured_feed;
+pub mod measured_speed;
 pub mod placed_log;
 pub mod samples;
 pub mod section;

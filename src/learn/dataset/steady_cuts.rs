@@ -8,6 +8,7 @@
 
 use crate::force::closed::{Rates, SteadyCut};
 use crate::learn::align::Aligned;
+use crate::learn::dataset::measured_feed::{MeasuredFeed, measured_feed};
 use crate::learn::dataset::steady_table::{Side, SteadyRow};
 use crate::learn::log::Log;
 use crate::learn::log::columns::{DataError, Frame};
@@ -43,6 +44,8 @@ pub fn steady_cuts(
         .filter_map(|(sample, t)| timeline.at(*t).map(|spot| (spot, sample)))
         .collect();
     placed.sort_unstable();
+    let feed = measured_feed(log, aligned, timeline);
+    let stands = |i: &usize| feed.as_ref().is_some_and(|feed| feed.stands(*i));
     let guard_s = f64::max(GUARD_S, 3.0 * aligned.uncertainty_s);
     let mut rows = Vec::new();
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); measured().count()];
@@ -56,10 +59,11 @@ pub fn steady_cuts(
             let begin = placed.partition_point(|(spot, _)| *spot < spots.start);
             let end = placed.partition_point(|(spot, _)| *spot < spots.end);
             let inside = |i: &usize| (from..=to).contains(&aligned.program_s[*i]);
-            let members: Vec<usize> = placed[begin..end].iter().map(|(_, sample)| *sample).filter(inside).collect();
+            let members: Vec<usize> =
+                placed[begin..end].iter().map(|(_, sample)| *sample).filter(|i| inside(i) && !stands(i)).collect();
             let middle = &timeline.spots[usize::midpoint(spots.start, spots.end)];
             if members.len() >= FEWEST
-                && let Some(row) = row_of(log, &members, middle, job, rows.len())
+                && let Some(row) = row_of(log, feed.as_ref(), &members, middle, job, rows.len())
             {
                 let means = means(log, &members, middle, on_tool);
                 columns.iter_mut().zip(means).for_each(|(column, mean)| column.push(mean));
@@ -128,12 +132,21 @@ fn mean(values: &[f64], members: &[usize]) -> f64 {
     known.iter().sum::<f64>() / known.len() as f64
 }
 
-fn row_of(log: &Log, members: &[usize], spot: &Spot, job: &Job, order: usize) -> Option<SteadyRow> {
+/// The cut of some samples, at the speed that was logged and the feed that was measured, where the log shows them.
+fn row_of(
+    log: &Log,
+    feed: Option<&MeasuredFeed>,
+    members: &[usize],
+    spot: &Spot,
+    job: &Job,
+    order: usize,
+) -> Option<SteadyRow> {
     let tool = job.tool(spot.tool)?;
-    let logged = |values: &Option<Vec<f64>>, planned: f64| {
-        values.as_ref().map(|v| mean(v, members)).filter(|v| v.is_finite() && *v > 0.0).unwrap_or(planned)
+    let logged = |values: Option<&Vec<f64>>, planned: f64| {
+        values.map(|v| mean(v, members)).filter(|v| v.is_finite() && *v > 0.0).unwrap_or(planned)
     };
-    let (rps, feed_mm_s) = (logged(&log.rps, spot.rps), logged(&log.feed_mm_s, spot.speed_mm_s()));
+    let rps = logged(log.rps.as_ref(), spot.rps);
+    let feed_mm_s = spot.speed_mm_s() * logged(feed.map(|feed| &feed.ratio), 1.0);
     let e = &spot.engaged;
     let radial_depth_mm = if e.axial_mm > 1e-6 { e.section_mm2 / e.axial_mm } else { 0.0 };
     let side = match () {

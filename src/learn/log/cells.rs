@@ -21,6 +21,7 @@ impl Separator {
         match self {
             Separator::Byte(b';') => "semicolons",
             Separator::Byte(b'\t') => "tabs",
+            Separator::Byte(b'|') => "bars",
             Separator::Byte(_) => "commas",
             Separator::Blanks => "blanks",
             Separator::Workbook => "cells of a workbook",
@@ -30,8 +31,8 @@ impl Separator {
 
 /// Separators in order of preference. The one with the longest run of lines of equal cell count is chosen, of equal
 /// ones the first: with semicolons or tabs the commas are decimal.
-const SEPARATORS: [Separator; 4] =
-    [Separator::Byte(b';'), Separator::Byte(b'\t'), Separator::Byte(b','), Separator::Blanks];
+const SEPARATORS: [Separator; 5] =
+    [Separator::Byte(b';'), Separator::Byte(b'\t'), Separator::Byte(b'|'), Separator::Byte(b','), Separator::Blanks];
 
 /// Number of lines from which separator and layout are found.
 pub const SAMPLE: usize = 300;
@@ -45,10 +46,20 @@ pub struct Cells<'a> {
     sheet: Vec<Vec<String>>,
 }
 
+/// Beginnings of files that are no tables, and what to do.
+const OTHER_KINDS: [(&[u8], &str); 6] = [
+    (b"\xd0\xcf\x11\xe0", "it is a workbook of the old kind (.xls): save it as .xlsx or CSV"),
+    (b"%PDF", "it is a PDF: export the log as CSV"),
+    (b"\x1f\x8b", "it is compressed (gzip): unpack it"),
+    (b"{", "it is JSON: export the log as CSV"),
+    (b"[{", "it is JSON: export the log as CSV"),
+    (b"<", "it is XML or HTML, and no answer of an MTConnect agent: export the log as CSV"),
+];
+
 /// Opens a file.
 ///
 /// # Errors
-/// A workbook that cannot be read.
+/// A workbook that cannot be read, or a file of another kind.
 pub fn open(bytes: &[u8]) -> Result<Cells<'_>, DataError> {
     if bytes.starts_with(b"PK\x03\x04") {
         return Ok(Cells { separator: Separator::Workbook, text: "".into(), sheet: workbook(bytes)? });
@@ -57,8 +68,18 @@ pub fn open(bytes: &[u8]) -> Result<Cells<'_>, DataError> {
         // Measuring software on Windows writes UTF-16.
         [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes).into(),
         [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes).into(),
+        _ if is_every_other_nul(bytes, 1) => utf16(bytes, u16::from_le_bytes).into(),
+        _ if is_every_other_nul(bytes, 0) => utf16(bytes, u16::from_be_bytes).into(),
         _ => String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
     };
+    let begins =
+        |(begin, _): &&(&[u8], &str)| text.trim_start().as_bytes().starts_with(begin) || bytes.starts_with(begin);
+    if let Some((_, what)) = OTHER_KINDS.iter().find(begins) {
+        return Err(DataError::Unreadable((*what).to_owned()));
+    }
+    if text.contains('\0') {
+        return Err(DataError::Unreadable("it is not a text: export the log as CSV".to_owned()));
+    }
     let mut cells = Cells { separator: Separator::Byte(b','), text, sheet: Vec::new() };
     let mut best = 1;
     for separator in SEPARATORS {
@@ -77,6 +98,13 @@ pub fn open(bytes: &[u8]) -> Result<Cells<'_>, DataError> {
     let chosen = SEPARATORS.into_iter().find(|separator| of(separator) >= best && best > 1);
     cells.separator = chosen.unwrap_or(Separator::Byte(b','));
     Ok(cells)
+}
+
+/// Is nearly every other byte of the first ones NUL, from this one on: text in sixteen bits without a mark?
+fn is_every_other_nul(bytes: &[u8], from: usize) -> bool {
+    let head = &bytes[..bytes.len().min(400)];
+    let nul = |from: usize| head.iter().skip(from).step_by(2).filter(|byte| **byte == 0).count();
+    nul(from) * 10 > head.len() * 4 && nul(1 - from) == 0
 }
 
 fn utf16(bytes: &[u8], pair: fn([u8; 2]) -> u16) -> String {
@@ -153,13 +181,19 @@ fn workbook(bytes: &[u8]) -> Result<Vec<Vec<String>>, DataError> {
     Ok(best)
 }
 
+/// A time of day as text.
+fn clock(seconds: f64) -> String {
+    let (hours, minutes) = ((seconds / 3600.0).floor(), (seconds / 60.0).floor() % 60.0);
+    format!("{hours:02}:{minutes:02}:{:09.6}", (seconds - 3600.0 * hours - 60.0 * minutes).min(59.999_999))
+}
+
 /// A cell as text; a date becomes a stamp of ISO 8601.
 fn cell(data: &calamine::Data) -> String {
     match data {
         calamine::Data::DateTime(when) => {
             // Days since 1899-12-30, of which 1970 is day 25 569; below one day it is a time of day.
             let seconds = when.as_f64() * 86_400.0;
-            if seconds < 86_400.0 { format!("{seconds}") } else { format!("{}", seconds - 25_569.0 * 86_400.0) }
+            if seconds < 86_400.0 { clock(seconds) } else { format!("{}", seconds - 25_569.0 * 86_400.0) }
         }
         other => other.to_string().trim().to_owned(),
     }
@@ -184,7 +218,29 @@ mod tests {
     fn text_in_sixteen_bits_is_read() {
         let mut bytes = vec![0xff, 0xfe];
         "a;b\n1;2\n".encode_utf16().for_each(|unit| bytes.extend(unit.to_le_bytes()));
-        let cells = open(&bytes).unwrap();
-        assert_eq!(cells.rows().next().unwrap().unwrap(), ["a", "b"]);
+        for bytes in [&bytes[..], &bytes[2..]] {
+            let cells = open(bytes).unwrap();
+            assert_eq!(cells.rows().next().unwrap().unwrap(), ["a", "b"]);
+        }
+    }
+
+    #[test]
+    fn a_file_of_another_kind_is_said_to_be_one() {
+        for (bytes, what) in [
+            (&b"\n[{\"time_s\": 0}]"[..], "JSON"),
+            (b"{\"time_s\": 0}\n{\"time_s\": 1}", "JSON"),
+            (b"<html>", "HTML"),
+            (b"%PDF-1.4", "PDF"),
+            (b"\xd0\xcf\x11\xe0\xa1\xb1", "xls"),
+            (b"\x7fELF\x02\0\0\0", "not a text"),
+        ] {
+            let said = open(bytes).unwrap_err().to_string();
+            assert!(said.contains(what), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_time_of_day_of_a_workbook_is_one_of_a_clock() {
+        assert_eq!([86_399.5, 0.0, 3_661.25].map(clock), ["23:59:59.500000", "00:00:00.000000", "01:01:01.250000"]);
     }
 }

@@ -6,7 +6,7 @@
 
 use super::cells::{self, SAMPLE};
 use super::layout::{self, Layout, layout};
-use super::names::{plain, quantity, same};
+use super::names::{counter_hz, is_alias, plain, quantity, same};
 use super::stamps;
 use crate::units::header_factor;
 
@@ -60,7 +60,7 @@ pub fn read(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataErr
     if frame.rows == 0 {
         return Err(DataError::Empty("a header without rows"));
     }
-    frame.warnings.extend(two_of_a_kind(&frame.names));
+    frame.warnings.extend(two_of_a_kind(&frame));
     frame.layout = Some(layout);
     Ok(frame)
 }
@@ -83,15 +83,17 @@ fn name_in_order(layout: &mut Layout, mapping: &[(String, String)]) -> Result<()
     Ok(())
 }
 
-/// Warnings about columns of the same quantity, of which the first is read.
-fn two_of_a_kind(names: &[String]) -> Vec<String> {
-    let kinds: Vec<String> = names.iter().map(|name| quantity(name).0).collect();
+/// Warnings about columns of the same quantity, of which one is read.
+fn two_of_a_kind(frame: &Frame) -> Vec<String> {
+    let kinds: Vec<String> = frame.names.iter().map(|name| quantity(name).0).collect();
     let mut said: Vec<String> = Vec::new();
     for (k, kind) in kinds.iter().enumerate() {
         if let Some(first) = kinds[..k].iter().position(|other| other == kind).filter(|_| !kind.is_empty()) {
+            let read =
+                frame.place(kind).map_or("the first", |place| if place == k { "the second" } else { "the first" });
             said.push(format!(
-                "columns {} and {} are both {kind}: the first is read; --columns says which is meant",
-                names[first], names[k]
+                "columns {} and {} are both {kind}: {read} is read; --columns says which is meant",
+                frame.names[first], frame.names[k]
             ));
         }
     }
@@ -113,7 +115,10 @@ impl Frame {
             return Some((k, 1.0));
         }
         let (base, unit) = quantity(&plain(wanted));
-        self.names.iter().enumerate().find_map(|(k, name)| {
+        let mut full_names_first = [false, true]
+            .into_iter()
+            .flat_map(|alias| self.names.iter().enumerate().filter(move |(_, name)| is_alias(name) == alias));
+        let found = full_names_first.find_map(|(k, name)| {
             let (own, own_unit) = quantity(name);
             if own != base {
                 return None;
@@ -122,7 +127,16 @@ impl Frame {
                 (Some(from), Some(to)) => header_factor(from, to).map(|factor| (k, factor)),
                 _ => Some((k, 1.0)),
             }
+        });
+        found.or_else(|| {
+            let mut counters = self.names.iter().enumerate().filter(|_| base == "time");
+            counters.find_map(|(k, name)| Some((k, 1.0 / counter_hz(name)?)))
         })
+    }
+
+    /// Number of the column that a wanted name is read from.
+    pub fn place(&self, wanted: &str) -> Option<usize> {
+        self.find(wanted).map(|(k, _)| k)
     }
 
     /// Numbers of a column in the unit of the wanted name; missing values are NaN; `None`: no such column.
@@ -174,6 +188,16 @@ mod tests {
         assert!(frame.numbers("time_s").unwrap()[1].is_nan() && frame.numbers("feed_mm_min").unwrap()[1].is_nan());
         assert_eq!(frame.text("group").unwrap(), ["a", "b"]);
         assert!(frame.numbers("axial_depth_mm").is_none());
+    }
+
+    #[test]
+    fn a_full_name_goes_before_a_short_one_and_a_counter_is_a_clock() {
+        let frame = read(b"t,time,s\n7,0.5,100\n7,1.5,100\n", &[]).unwrap();
+        assert_eq!(frame.times("time_s").unwrap(), [0.5, 1.5]);
+        assert!(frame.warnings[0].contains("t and time are both time: the second is read"), "{:?}", frame.warnings);
+        let names = ["sample_500hz", "x_mm"].map(|ours| (String::new(), ours.to_owned()));
+        let frame = read(b"0 1.5\n1 2.5\n4 3.5\n", &names).unwrap();
+        assert_eq!(frame.times("time_s").unwrap(), [0.0, 0.002, 0.008]);
     }
 
     #[test]

@@ -1,8 +1,7 @@
 //! Reads a measured log: a table, MTConnect adapter output (SHDR) or MTConnect streams.
 //!
-//! In: bytes. Out: [`Log`]: rising times in s from the first sample, positions, lines or blocks, feed, speed, tool, and
-//! the measured quantities; missing values are NaN. Time stamps that run backwards are sorted, repeated ones merged,
-//! with a warning; gaps and implausible values cause warnings too. SHDR lines `timestamp|item|value|item|value…` give a
+//! In: bytes. Out: [`Log`]: rising times in s from the first sample ([`clock`]), positions, lines or blocks, feed, speed, tool, and
+//! the measured quantities; missing values are NaN. Gaps and implausible values cause warnings. SHDR lines `timestamp|item|value|item|value…` give a
 //! row at every stamp with the last value of each item.
 
 pub mod error;
@@ -10,11 +9,13 @@ pub mod names;
 pub mod stamps;
 pub mod layout;
 pub mod cells;
+pub mod clock;
 pub mod columns;
 pub mod gaps;
 pub mod mtconnect;
 pub mod on_change;
 pub mod oddities;
+pub mod positions;
 pub mod quantity;
 pub mod resultant;
 pub mod sampled;
@@ -34,11 +35,14 @@ pub fn read_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataE
 
 /// The same, but a log without a load is accepted if it has positions or lines.
 pub fn read_any_log(bytes: &[u8], mapping: &[(String, String)]) -> Result<Log, DataError> {
-    read_as(bytes, mapping, |frame| {
-        let log = of_columns(frame)?;
-        let moves_alone = load_column(frame).is_none() && (log.position_mm.is_some() || log.line.is_some());
-        if moves_alone { Ok(log) } else { with_load(log, frame) }
-    })
+    read_as(bytes, mapping, with_or_without_load)
+}
+
+/// A log from columns; it needs a load, positions or lines.
+fn with_or_without_load(frame: &Frame) -> Result<Log, DataError> {
+    let log = of_columns(frame)?;
+    let moves_alone = load_column(frame).is_none() && (log.position_mm.is_some() || log.line.is_some());
+    if moves_alone { Ok(log) } else { with_load(log, frame) }
 }
 
 fn read_as(
@@ -55,6 +59,8 @@ fn read_as(
         log.warnings.extend(gaps::in_words(&gaps::gaps(&log.time_s)));
     }
     log.warnings.extend(oddities::of(&log));
+    let spikes = oddities::leave_out_spikes(&mut log);
+    log.warnings.extend(spikes);
     log.warnings.extend(not_used(&frame).filter(|_| kind == Kind::Table));
     Ok(log)
 }
@@ -102,6 +108,10 @@ pub fn frame(bytes: &[u8], mapping: &[(String, String)]) -> Result<(Kind, Frame)
     Ok((Kind::Table, read(bytes, mapping)?))
 }
 
+/// What to do about a log without names.
+const NO_NAMES: &str = "the log has no header: --columns time_s,x_mm,… names its columns in their order; a counter of the readings, as \
+                        halsampler -t writes it, is sample_1000hz if there are 1000 a second";
+
 /// A log from columns.
 pub fn from_frame(frame: &Frame) -> Result<Log, DataError> {
     with_load(of_columns(frame)?, frame)
@@ -122,25 +132,46 @@ fn load_column(frame: &Frame) -> Option<&'static str> {
 }
 
 fn of_columns(frame: &Frame) -> Result<Log, DataError> {
-    let time = frame.times("time_s").ok_or(()).or_else(|()| frame.needed("time_s"))?;
+    let time = match frame.times("time_s") {
+        Some(time) => time,
+        None if frame.layout.as_ref().is_some_and(|layout| !layout.has_header) => {
+            return Err(DataError::Unfit(NO_NAMES.into()));
+        }
+        None => frame.needed("time_s")?,
+    };
     let mut warnings = frame.warnings.clone();
-    let (time, part) = stamps::from_1970_s(time);
-    warnings.extend(part.map(|part| format!("the times count {part} from 1970 and are taken for that")));
-    let order = ordered(&time, &mut warnings)?;
+    if let Some(first) = frame.text("time_s").and_then(|cells| cells.iter().find(|cell| !cell.is_empty()))
+        && time.iter().all(|time| time.is_nan())
+    {
+        return Err(DataError::Unfit(format!(
+            "no cell of the times can be read (the first is `{first}`): write seconds, a date and time, or a time of day"
+        )));
+    }
+    let (time, counted) = stamps::counted_s(time);
+    warnings.extend(counted.map(|counted| format!("the times count {counted} and are taken for that")));
+    let (order, time_s) = clock::ordered(&time, &mut warnings)?;
     let take = |name: &str| frame.numbers(name).map(|values| order.iter().map(|i| values[*i]).collect::<Vec<f64>>());
     let known = |values: &Vec<f64>| values.iter().any(|v| v.is_finite());
     let axes = ["x_mm", "y_mm", "z_mm"].map(take);
     let measured: Vec<(&'static str, Vec<f64>)> =
         MEASURED.iter().filter_map(|name| take(name).filter(known).map(|values| (*name, values))).collect();
-    let start = time[order[0]];
     let one_based = |lines: Vec<f64>| lines.into_iter().map(|l| l + 1.0).collect();
+    let given = axes.iter().flatten().filter(|axis| known(axis)).count();
     let position = match axes {
-        [Some(x), Some(y), Some(z)] if known(&x) && known(&y) && known(&z) => Some([x, y, z]),
+        [Some(x), Some(y), Some(z)] if given == 3 => Some(positions::of_every_reading([x, y, z], &time_s)),
         _ => None,
     };
+    if (1..3).contains(&given) {
+        warnings
+            .push("positions are used only with all three of x_mm, y_mm and z_mm; here one or two of them are".into());
+    }
+    let position_mm = position.map(|(axes, said)| {
+        warnings.extend(said);
+        axes
+    });
     Ok(Log {
-        time_s: order.iter().map(|i| time[*i] - start).collect(),
-        position_mm: position.map(|axes| axes.map(carried)),
+        time_s,
+        position_mm,
         line: take("line").or_else(|| take("block").map(one_based)).filter(known).map(carried),
         feed_mm_s: take("feed_mm_min")
             .filter(known)
@@ -166,40 +197,6 @@ fn carried(mut values: Vec<f64>) -> Vec<f64> {
         }
     }
     values
-}
-
-/// Order of rising time, without repeated stamps.
-fn ordered(time: &[f64], warnings: &mut Vec<String>) -> Result<Vec<usize>, DataError> {
-    let mut order: Vec<usize> = (0..time.len()).filter(|i| time[*i].is_finite()).collect();
-    let missing = time.len() - order.len();
-    if missing > 0 {
-        warnings.push(format!("{missing} of {} rows have no time and are left out", time.len()));
-    }
-    if order.len() < 20 {
-        return Err(DataError::Unfit(format!(
-            "the log has only {} samples with a time; 20 are the least",
-            order.len()
-        )));
-    }
-    let backwards = order.windows(2).filter(|pair| time[pair[1]] < time[pair[0]]).count();
-    if backwards > 0 {
-        if backwards * 4 > order.len() {
-            return Err(DataError::Unfit(
-                "the clock of the log runs backwards: its times fall from row to row (is it the right column?)".into(),
-            ));
-        }
-        warnings.push(format!("the clock steps backwards {backwards} times; the rows were sorted by time"));
-        order.sort_by(|a, b| time[*a].total_cmp(&time[*b]));
-    }
-    let before = order.len();
-    order.dedup_by(|b, a| time[*a] == time[*b]);
-    if order.len() < before {
-        warnings.push(format!("{} rows repeat the time of the row before and are left out", before - order.len()));
-    }
-    if order.len() < 20 {
-        return Err(DataError::Unfit("the clock of the log stands still".into()));
-    }
-    Ok(order)
 }
 
 #[cfg(test)]

@@ -50,8 +50,13 @@ pub fn same(given: &str, header: &str) -> bool {
 
 /// Lower case, words joined by one `_`.
 pub fn plain(name: &str) -> String {
-    let spaced: String =
-        name.to_lowercase().replace('%', " percent ").replace('µ', "u").replace('³', "3").replace('²', "2");
+    let spaced: String = name
+        .to_lowercase()
+        .replace('%', " percent ")
+        .replace('µ', "u")
+        .replace('³', "3")
+        .replace('²', "2")
+        .replace('¹', "1");
     let words: Vec<&str> =
         spaced.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty() && *w != "per").collect();
     words.join("_").replace("feed_tooth", "feed_per_tooth")
@@ -63,6 +68,18 @@ pub fn quantity(name: &str) -> (String, Option<&'static str>) {
     let base = unit.map_or(name, |u| &name[..name.len() - u.len() - 1]);
     let alias = ALIASES.iter().find(|(theirs, _)| *theirs == base).map_or(base, |(_, ours)| ours);
     (alias.to_owned(), unit)
+}
+
+/// Readings a second that a counter of them has in its name, `sample_1000hz`.
+pub fn counter_hz(name: &str) -> Option<f64> {
+    let rate = name.strip_prefix("sample_")?.strip_suffix("hz")?.replace('_', ".");
+    rate.parse().ok().filter(|hz: &f64| *hz > 0.0 && hz.is_finite())
+}
+
+/// Is a header a short or foreign name of a quantity (`t` for the time)? The full name goes before it.
+pub fn is_alias(name: &str) -> bool {
+    let (base, unit) = quantity(name);
+    unit.map_or(name != base, |unit| *name != format!("{base}_{unit}"))
 }
 
 /// Our columns: (quantity, column).
@@ -97,5 +114,5 @@ pub const OURS: [(&str, &str); 25] = [
 /// Is the quantity of a header one of ours?
 pub fn is_ours(header: &str) -> bool {
     let base = quantity(&plain(header)).0;
-    OURS.iter().any(|(own, _)| *own == base)
+    OURS.iter().any(|(own, _)| *own == base) || counter_hz(&plain(header)).is_some()
 }

@@ -1,5 +1,5 @@
 //! Implausible values of a log: clipping at the end of the range, single-sample spikes, wrong units. In: a log. Out:
-//! warnings; the values are not changed.
+//! warnings; only spikes beyond the range of the others are taken out.
 
 use super::sampled::Log;
 use crate::learn::regress::statistics::median;
@@ -39,11 +39,14 @@ pub fn of(log: &Log) -> Vec<String> {
         said.extend(implausible(name, values));
         let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
         said.extend(clipped(name, values, &known));
-        if !log.on_change && name.starts_with("spindle") {
-            said.extend(spikes(name, values, &log.time_s, &known));
-        }
     }
     said
+}
+
+/// Leaves out spikes beyond the range of the other readings, and says where spikes are.
+pub fn leave_out_spikes(log: &mut Log) -> Vec<String> {
+    let of_spindle = log.measured.iter_mut().filter(|(name, _)| !log.on_change && name.starts_with("spindle"));
+    of_spindle.filter_map(|(name, values)| spikes(name, values, &log.time_s)).collect()
 }
 
 fn largest(values: &[f64]) -> f64 {
@@ -80,14 +83,16 @@ fn clipped(name: &str, values: &[f64], known: &[usize]) -> Option<String> {
     })
 }
 
-fn spikes(name: &str, values: &[f64], time_s: &[f64], known: &[usize]) -> Option<String> {
+fn spikes(name: &str, values: &mut [f64], time_s: &[f64]) -> Option<String> {
+    let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
     if known.len() < 100 {
         return None;
     }
     let steps: Vec<f64> = known.windows(2).map(|two| (values[two[1]] - values[two[0]]).abs()).collect();
     let mut sorted: Vec<f64> = known.iter().map(|i| values[*i]).collect();
     sorted.sort_by(f64::total_cmp);
-    let range = sorted[sorted.len() * 99 / 100] - sorted[sorted.len() / 100];
+    let [low, high] = [sorted[sorted.len() / 100], sorted[sorted.len() * 99 / 100]];
+    let range = high - low;
     let least = (SPIKE_STEPS * median(&steps)).max(SPIKE_RANGE * range);
     let alone = |three: &&[usize]| {
         let [before, at, after] = [three[0], three[1], three[2]].map(|i| values[i]);
@@ -95,12 +100,20 @@ fn spikes(name: &str, values: &[f64], time_s: &[f64], known: &[usize]) -> Option
     };
     let found: Vec<usize> = known.windows(3).filter(alone).map(|three| three[1]).collect();
     let first = found.first().filter(|_| least > 0.0 && found.len() * 100 < known.len())?;
-    Some(format!(
-        "{name} has {} spikes of a single reading (first {:.4} at {:.2} s), which no cut causes",
+    let beyond: Vec<usize> =
+        found.iter().copied().filter(|i| !(low - least..=high + least).contains(&values[*i])).collect();
+    let said = format!(
+        "{name} has {} spikes of a single reading (first {:.4} at {:.2} s), which no cut causes; {} of them, beyond all other readings, \
+         are left out",
         found.len(),
         values[*first],
-        time_s[*first]
-    ))
+        time_s[*first],
+        beyond.len()
+    );
+    for i in beyond {
+        values[i] = f64::NAN;
+    }
+    Some(said)
 }
 
 /// Integer times in steps of 5 to 1000 are probably milliseconds (1 to 200 Hz).
@@ -145,12 +158,14 @@ mod tests {
         assert_eq!(of(&log((0..1000).map(level).collect(), 0.05)), Vec::<String>::new());
         let mut spiky = cut();
         spiky[500] = 4000.0;
-        let said = of(&log(spiky, 0.05));
+        let mut log_of = log(spiky, 0.05);
+        let said = leave_out_spikes(&mut log_of);
         assert!(said.len() == 1 && said[0].contains("at 25.00 s"), "{said:?}");
+        assert!(log_of.measured[0].1[500].is_nan() && log_of.measured[0].1[501].is_finite());
         // Two readings in a row are a load.
         let mut load = cut();
         (load[500], load[501]) = (4000.0, 4000.0);
-        assert_eq!(of(&log(load, 0.05)), Vec::<String>::new());
+        assert_eq!(leave_out_spikes(&mut log(load, 0.05)), Vec::<String>::new());
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use super::columns::{DataError, Frame};
 
 /// Items of adapters and agents in lower case, and our columns.
-const ITEMS: [(&str, &str); 29] = [
+const ITEMS: [(&str, &str); 35] = [
     ("block_number", "block"),
     ("block", "block"),
     ("line", "line"),
@@ -21,6 +21,12 @@ const ITEMS: [(&str, &str); 29] = [
     ("spindle_load", "spindle_load_percent"),
     ("spindleload", "spindle_load_percent"),
     ("sload", "spindle_load_percent"),
+    ("s1load", "spindle_load_percent"),
+    ("s1speed", "spindle_rpm"),
+    ("srpm", "spindle_rpm"),
+    ("xact", "x_mm"),
+    ("yact", "y_mm"),
+    ("zact", "z_mm"),
     ("spindle_power", "spindle_power_w"),
     ("wattage", "spindle_power_w"),
     ("xabs", "x_mm"),

@@ -6,7 +6,9 @@ use super::error::DataError;
 use super::gaps::{gaps, median_step};
 use super::layout::Layout;
 use super::names::{OURS, quantity};
-use super::{Kind, Log, frame, from_frame, oddities};
+use super::quantity::MEASURED;
+use super::stamps::is_stamp;
+use super::{Kind, Log, frame, oddities, with_or_without_load};
 
 /// A column.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,13 +78,17 @@ const WORDS: [(&[&str], &str); 17] = [
     (&["n"], "spindle_rpm"),
 ];
 
+/// Units that only one of our columns has, where no word tells the quantity.
+const UNITS: [(&str, &str); 4] =
+    [("rpm", "spindle_rpm"), ("w", "spindle_power_w"), ("nm", "spindle_torque_nm"), ("mm_min", "feed_mm_min")];
+
 /// Overview of a log; `mapping` as for `learn`.
 ///
 /// # Errors
 /// A file that holds no rows of cells.
 pub fn overview(bytes: &[u8], mapping: &[(String, String)]) -> Result<LogOverview, DataError> {
     let (kind, frame) = frame(bytes, mapping)?;
-    let read = from_frame(&frame).map(|log| Log { on_change: kind.is_on_change(), ..log });
+    let read = with_or_without_load(&frame).map(|log| Log { on_change: kind.is_on_change(), ..log });
     let mut seen = LogOverview {
         kind,
         rows: frame.rows,
@@ -95,18 +101,29 @@ pub fn overview(bytes: &[u8], mapping: &[(String, String)]) -> Result<LogOvervie
         layout: frame.layout.clone(),
     };
     match read {
-        Ok(log) => {
+        Ok(mut log) => {
             let end = log.time_s.last().copied().unwrap_or(0.0);
             seen.clock_s = Some([end, median_step(&log.time_s)]);
             if !log.on_change {
                 seen.gaps_s = gaps(&log.time_s);
             }
             seen.events = events(&log, frame.numbers("feed_override_percent").as_deref());
-            seen.warnings = [log.warnings.clone(), oddities::of(&log)].concat();
+            seen.warnings = [log.warnings.clone(), oddities::of(&log), oddities::leave_out_spikes(&mut log)].concat();
+            if log.measured.is_empty() {
+                seen.unusable =
+                    proposes_load(&seen).then(|| "no load is read, but one of the columns proposed may be it".into());
+                seen.warnings.push("no load is measured: `learn` finds the times of the machine only".into());
+            }
         }
         Err(error) => seen.unusable = Some(error.to_string()),
     }
     Ok(seen)
+}
+
+/// Is a column of a load proposed?
+fn proposes_load(seen: &LogOverview) -> bool {
+    let ours = |theirs: &str| quantity(theirs).0;
+    seen.proposed().iter().any(|(_, proposed)| MEASURED.iter().any(|load| ours(load) == ours(proposed)))
 }
 
 impl LogOverview {
@@ -118,15 +135,12 @@ impl LogOverview {
 }
 
 fn columns(frame: &Frame) -> Vec<ColumnOverview> {
-    let read_as = |name: &str| {
-        let base = quantity(name).0;
-        OURS.iter().find(|(ours, _)| *ours == base).map(|(_, column)| *column)
-    };
-    let mut taken: Vec<&str> = Vec::new();
+    let read: Vec<(usize, &'static str)> =
+        OURS.iter().filter_map(|(_, ours)| Some((frame.place(ours)?, *ours))).collect();
+    let mut taken: Vec<&str> = read.iter().map(|(_, ours)| *ours).collect();
     let mut columns: Vec<ColumnOverview> = Vec::new();
-    for name in frame.names() {
-        let first = read_as(name).filter(|column| !taken.contains(column));
-        taken.extend(first);
+    for (k, name) in frame.names().iter().enumerate() {
+        let read_as = read.iter().find(|(place, _)| *place == k).map(|(_, ours)| *ours);
         let values = frame.numbers(name).unwrap_or_default();
         let known = values.iter().filter(|value| value.is_finite());
         let range = known.clone().fold(None, |range: Option<[f64; 2]>, value| {
@@ -136,14 +150,16 @@ fn columns(frame: &Frame) -> Vec<ColumnOverview> {
         let empty = frame.text(name).map_or(0, |cells| cells.iter().filter(|cell| cell.is_empty()).count());
         columns.push(ColumnOverview {
             name: name.clone(),
-            read_as: first,
+            read_as,
             proposed: None,
             range,
             missing_percent: 100.0 * empty as f64 / frame.rows.max(1) as f64,
         });
     }
-    for column in columns.iter_mut().filter(|column| column.read_as.is_none() && column.range.is_some()) {
-        let proposed = proposal(&column.name).filter(|(ours, _)| !taken.contains(ours));
+    for column in columns.iter_mut().filter(|column| column.read_as.is_none()) {
+        let is_time = || frame.text(&column.name).is_some_and(|cells| cells.iter().any(|cell| is_stamp(cell)));
+        let fits = |ours: &str| if column.range.is_some() { true } else { ours == "time_s" && is_time() };
+        let proposed = proposal(&column.name).filter(|(ours, _)| !taken.contains(ours) && fits(ours));
         taken.extend(proposed.as_ref().map(|(ours, _)| *ours));
         column.proposed = proposed.map(|(_, text)| text);
     }
@@ -160,8 +176,18 @@ fn proposal(name: &str) -> Option<(&'static str, String)> {
     };
     let words: Vec<String> = base.split('_').map(of_spindle).collect();
     let joined = words.concat();
-    let fits = |listed: &&[&str]| listed.iter().any(|word| words.iter().any(|own| own == word) || joined == *word);
-    let (_, ours) = WORDS.iter().find(|(listed, _)| fits(listed))?;
+    let of_feed = |base: &str| ["rapid", "spindle", "spindel", "speed"].iter().all(|other| !base.contains(other));
+    if base.contains("override") && !of_feed(&base) {
+        return None;
+    }
+    let fits = |listed: &&[&str]| {
+        let own = |word: &&str| words.iter().any(|own| own == word || word.len() > 3 && own.ends_with(*word));
+        listed.iter().any(|word| own(word) || joined == **word)
+    };
+    let by_unit =
+        |(probe, _): &&(&str, &str)| unit.is_some_and(|unit| crate::units::header_factor(unit, probe).is_some());
+    let by_word = WORDS.iter().find(|(listed, _)| fits(listed)).map(|(_, ours)| ours);
+    let ours = by_word.or_else(|| UNITS.iter().find(by_unit).map(|(_, ours)| ours))?;
     let (own, own_unit) = quantity(ours);
     let measures = unit.zip(own_unit).is_none_or(|(theirs, ours)| crate::units::header_factor(theirs, ours).is_some());
     measures.then(|| (*ours, unit.map_or((*ours).to_owned(), |unit| format!("{own}_{unit}"))))
@@ -220,6 +246,10 @@ mod tests {
         assert_eq!(of("x_ist_mm").as_deref(), Some("x_mm"));
         assert_eq!(of("drehzahl").as_deref(), Some("spindle_rpm"));
         assert_eq!(of("temperature_c"), None);
+        assert_eq!(of("p_mech_s_kw").as_deref(), Some("spindle_power_kw"));
+        assert_eq!(of("v_ist_s_1_min").as_deref(), Some("spindle_1_min"));
+        assert_eq!(of("channel_spindle_driveload_u1_1_percent").as_deref(), Some("spindle_load_percent"));
+        assert_eq!([of("rapid_override"), of("spindle_override_percent")], [None, None]);
         // A power in amperes is not recognised.
         assert_eq!(of("power_meter_a"), None);
     }

@@ -6,10 +6,19 @@ use super::layout::number;
 use super::on_change::Changes;
 use super::stamps::stamp_s;
 
+/// Lines from which a file is known: the first may be torn.
+const LOOKED_AT: usize = 10;
+
 /// Is a file adapter output?
 pub fn is_shdr(bytes: &[u8]) -> bool {
-    let first = bytes.split(|b| *b == b'\n').find(|l| !l.is_empty() && l[0] != b'*').unwrap_or(&[]);
-    first.split(|b| *b == b'|').count() >= 3 && !first.contains(&b',')
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]);
+    let is_one = |line: &str| {
+        let mut fields = line.split('|').map(str::trim);
+        let (stamp, item, value) = (fields.next(), fields.next(), fields.next());
+        let is_name = item.is_some_and(|item| !item.is_empty() && number(item, false).is_none());
+        value.is_some() && is_name && stamp.and_then(stamp_s).is_some()
+    };
+    head.lines().take(LOOKED_AT).any(is_one)
 }
 
 /// Adapter output as columns, one row per stamp, values held until they change.
@@ -40,6 +49,12 @@ pub fn shdr(bytes: &[u8], mapping: &[(String, String)]) -> Result<Frame, DataErr
 mod tests {
     use super::*;
     use crate::learn::log::read_log;
+
+    #[test]
+    fn a_table_with_bars_is_no_adapter_output() {
+        assert!(is_shdr(b"* a remark\n2017-02-02T19:03:08Z|Sload|3\n") && is_shdr(b"75\n12.5|Sload|3|Xabs|1.5\n"));
+        assert!(!is_shdr(b"time_s|x_mm|power\n0.1|2|3\n") && !is_shdr(b"0.1|2|3\n0.2|2|3\n"));
+    }
 
     #[test]
     fn adapter_lines_hold_their_values() {

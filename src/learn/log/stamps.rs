@@ -1,12 +1,14 @@
 //! Time stamps of logs. In: a cell. Out: seconds: a plain number unchanged; a date and time (ISO 8601, day.month.year, month/day/year or
 //! year/month/day) since 1970; a time of day since midnight, of 24 hours or of twelve with AM and PM, continued over midnight within a column.
-//! A column that counts thousandths, millionths or billionths of a second from 1970 is recognised by its size.
+//! A column that counts days as spreadsheets do, or thousandths, millionths or billionths of a second from 1970, is recognised by its size.
 
+use crate::learn::regress::statistics::median;
 use jiff::Timestamp;
 use jiff::civil::{Date, DateTime, Time};
 use jiff::tz::TimeZone;
 
 const DAY_S: f64 = 86_400.0;
+const HOUR_S: f64 = 3_600.0;
 
 /// Largest number that can be a reading in any unit (nanoseconds since 1970 are 1.8e18); larger ones are overflows or
 /// sentinels (1e308, 3.4e38).
@@ -45,15 +47,25 @@ fn day_first(text: &str) -> Option<DateTime> {
     Some(date.to_datetime(time_of_day(time)?))
 }
 
-/// A time of day like `12:34:56.7`, or `1:34:56 PM`: 12 AM is midnight, 12 PM noon.
+/// A time of day like `12:34:56.7`, `12:34:56:700`, or `1:34:56 PM`: 12 AM is midnight, 12 PM noon.
 fn time_of_day(text: &str) -> Option<Time> {
-    let text = text.trim().to_ascii_lowercase();
+    let mut text = text.trim().to_ascii_lowercase();
+    if let Some((whole, thousandths)) = text.rsplit_once(':').filter(|(whole, _)| whole.matches(':').count() == 2) {
+        text = format!("{whole}.{thousandths}");
+    }
     let half = [("am", 0), ("pm", 12)].into_iter().find_map(|(half, add)| Some((text.strip_suffix(half)?, add)));
-    let Some((clock, add)) = half else { return text.parse().ok() };
-    let clock = clock.trim();
-    let clock = if clock.find(':') == Some(1) { format!("0{clock}") } else { clock.to_owned() };
-    let time = clock.parse::<Time>().ok().filter(|time| (1..=12).contains(&time.hour()))?;
+    let two_digits = |clock: &str| if clock.find(':') == Some(1) { format!("0{clock}") } else { clock.to_owned() };
+    let Some((clock, add)) = half else { return two_digits(&text).parse().ok() };
+    let time = two_digits(clock.trim()).parse::<Time>().ok().filter(|time| (1..=12).contains(&time.hour()))?;
     time.with().hour(time.hour() % 12 + add).build().ok()
+}
+
+/// Seconds within an hour from minutes and seconds with a fraction, `34:56.7`, as spreadsheets show times.
+fn minutes_s(text: &str) -> Option<f64> {
+    let (minutes, seconds) = text.trim().split_once(':')?;
+    let seconds = Some(seconds.replace(',', ".")).filter(|seconds| seconds.contains('.'))?;
+    let [minutes, seconds]: [f64; 2] = [minutes.parse().ok()?, seconds.parse().ok()?];
+    ((0.0..60.0).contains(&minutes) && (0.0..60.0).contains(&seconds)).then_some(60.0 * minutes + seconds)
 }
 
 /// Seconds since midnight from a time like `12:34:56.7`, `12:34:56,7` or `1:34:56 PM`.
@@ -67,10 +79,22 @@ fn clock_s(text: &str) -> Option<f64> {
 /// Seconds from 1970 to the year 5138: a greater count is of thousandths of a second, or of something smaller.
 const MOST_SECONDS: f64 = 1e11;
 
-/// Times in seconds of a column of numbers that may count smaller parts of a second from 1970, and what they were taken for if so.
-pub fn from_1970_s(times: Vec<f64>) -> (Vec<f64>, Option<&'static str>) {
+/// Days from the end of 1899 to 1982 and to 2119, as spreadsheets count them, and the longest step from reading to reading that such days
+/// can be told by: nobody logs so often by the second.
+const DAYS: std::ops::Range<f64> = 30_000.0..80_000.0;
+const STEP_OF_DAYS: f64 = 2e-5;
+
+/// Times in seconds of a column of numbers that may count days, or smaller parts of a second, from a date; and what they were taken for if
+/// so.
+pub fn counted_s(times: Vec<f64>) -> (Vec<f64>, Option<&'static str>) {
+    let known: Vec<f64> = times.iter().copied().filter(|time| time.is_finite()).collect();
+    let steps: Vec<f64> = known.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0).collect();
+    let often = steps.len() > 10 && median(&steps) < STEP_OF_DAYS;
+    if often && known.iter().all(|time| DAYS.contains(time)) {
+        return (times.into_iter().map(|time| time * DAY_S).collect(), Some("days from 1899, as spreadsheets do,"));
+    }
     let least = times.iter().copied().filter(|time| time.is_finite()).fold(f64::INFINITY, f64::min);
-    let parts = [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")];
+    let parts = [(1e3, "milliseconds from 1970"), (1e6, "microseconds from 1970"), (1e9, "nanoseconds from 1970")];
     let meant = parts.into_iter().find(|(per_second, _)| least.is_finite() && least / per_second < MOST_SECONDS);
     match meant {
         Some((per_second, name)) if least > MOST_SECONDS => {
@@ -82,20 +106,21 @@ pub fn from_1970_s(times: Vec<f64>) -> (Vec<f64>, Option<&'static str>) {
 
 /// Is a cell a date or time of day, and no plain number?
 pub fn is_stamp(text: &str) -> bool {
-    text.parse::<f64>().is_err() && (clock_s(text).is_some() || stamp_s(text).is_some())
+    text.parse::<f64>().is_err() && (minutes_s(text).is_some() || clock_s(text).is_some() || stamp_s(text).is_some())
 }
 
 /// The times of a column, s; NaN if a cell cannot be read. A fall of the time of day by more than half a day is
-/// midnight.
+/// midnight; one of minutes and seconds by more than half an hour is the next hour.
 pub fn times_s(cells: &[String]) -> Vec<f64> {
-    let (mut days, mut last) = (0.0, f64::NEG_INFINITY);
+    let (mut before, mut last) = (0.0, f64::NEG_INFINITY);
     let mut one = |cell: &String| {
-        let Some(clock) = clock_s(cell) else { return stamp_s(cell).unwrap_or(f64::NAN) };
-        if clock < last - 0.5 * DAY_S {
-            days += DAY_S;
+        let within = minutes_s(cell).map(|time| (time, HOUR_S)).or_else(|| Some((clock_s(cell)?, DAY_S)));
+        let Some((clock, round)) = within else { return stamp_s(cell).unwrap_or(f64::NAN) };
+        if clock < last - 0.5 * round {
+            before += round;
         }
         last = clock;
-        days + clock
+        before + clock
     };
     cells.iter().map(&mut one).collect()
 }
@@ -123,17 +148,25 @@ mod tests {
     #[test]
     fn a_count_from_1970_is_taken_for_the_part_of_a_second_that_it_must_be() {
         let of = |first: f64| {
-            let (times, said) = from_1970_s(vec![f64::NAN, first, first * (1.0 + 1e-9)]);
+            let (times, said) = counted_s(vec![f64::NAN, first, first * (1.0 + 1e-9)]);
             (times[1], said)
         };
         // 21 November 2026; the last count of seconds, in the year 5138, and a thousandth of a second of 1973.
         assert_eq!(of(1.795e9), (1.795e9, None));
         assert_eq!(of(0.99e11), (0.99e11, None));
-        assert_eq!(of(1.01e11), (1.01e8, Some("milliseconds")));
-        assert_eq!(of(1.795e12), (1.795e9, Some("milliseconds")));
-        assert_eq!(of(1.795e15), (1.795e9, Some("microseconds")));
-        assert_eq!(of(1.795e18), (1.795e9, Some("nanoseconds")));
-        assert_eq!(from_1970_s(vec![f64::NAN]).1, None);
+        assert_eq!(of(1.01e11), (1.01e8, Some("milliseconds from 1970")));
+        assert_eq!(of(1.795e12), (1.795e9, Some("milliseconds from 1970")));
+        assert_eq!(of(1.795e15), (1.795e9, Some("microseconds from 1970")));
+        assert_eq!(of(1.795e18), (1.795e9, Some("nanoseconds from 1970")));
+        assert_eq!(counted_s(vec![f64::NAN]).1, None);
+    }
+
+    #[test]
+    fn days_of_a_spreadsheet_are_told_by_their_size_and_their_steps() {
+        let count = |step: f64| counted_s((0..30).map(|k| 46_354.5 + step * f64::from(k)).collect());
+        let (times, said) = count(0.1 / 86_400.0);
+        assert!((times[29] - times[0] - 2.9).abs() < 1e-4 && said.unwrap().starts_with("days"), "{said:?}");
+        assert_eq!(count(0.001).1, None);
     }
 
     #[test]
@@ -154,5 +187,9 @@ mod tests {
         let cells = ["23:59:59.5", "00:00:00,5", "00:00:01"].map(str::to_owned);
         assert_eq!(times_s(&cells), [86_399.5, 86_400.5, 86_401.0]);
         assert!(is_stamp("10:00:00") && !is_stamp("12.5") && !is_stamp("up"));
+        let cells = ["59:59.5", "00:00,5", "00:01.0"].map(str::to_owned);
+        assert_eq!(times_s(&cells), [3599.5, 3600.5, 3601.0]);
+        let cells = ["9:59:59:750", "10:00:00:250"].map(str::to_owned);
+        assert_eq!(times_s(&cells), [35_999.75, 36_000.25]);
     }
 }
