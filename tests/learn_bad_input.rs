@@ -159,14 +159,18 @@ fn printed(said: &str, name: &str) -> f64 {
     line.split_whitespace().nth(2).unwrap().parse().unwrap()
 }
 
-/// Learns from a log, expects these words and the coefficients of the good log.
-fn as_good(what: &str, log: &str, words: &[&str]) {
+/// Learns from a log, expects these words and the coefficient that was put in, within so much, N/mm².
+fn within(most: f64, what: &str, log: &str, words: &[&str]) {
     let (said, written, code) = Bench::new(log).run(&LEARN);
     assert!(written && code == 0, "{what}: {said}");
-    assert!((printed(&said, "k_tc") - 900.0).abs() < 45.0, "{what}: {said}");
+    assert!((printed(&said, "k_tc") - 900.0).abs() < most, "{what}: {said}");
     for word in words {
         assert!(said.contains(word), "{what}: `{word}` is not in\n{said}");
     }
+}
+
+fn as_good(what: &str, log: &str, words: &[&str]) {
+    within(30.0, what, log, words);
 }
 
 #[test]
@@ -208,7 +212,8 @@ fn positions_that_are_missing_or_old_are_those_between_the_others() {
     };
     let is_position = |c: usize| (1..4).contains(&c);
     let old = |k: usize, c: usize| rows[if k > 0 && is_position(c) { 1 + (k - 1) / 3 * 3 } else { k }][c].to_owned();
-    as_good("old", &text(&old), &["positions stay the same for 3 readings"]);
+    // Where the tool turned between two of them, its way was longer than the straight one.
+    within(45.0, "old", &text(&old), &["positions stay the same for 3 readings"]);
     let empty = |k: usize, c: usize| {
         if k > 0 && is_position(c) && (7 * k + c).is_multiple_of(10) { String::new() } else { rows[k][c].to_owned() }
     };
