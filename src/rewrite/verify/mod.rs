@@ -16,6 +16,7 @@
 
 mod align;
 pub(super) mod comment;
+mod done;
 mod exact;
 mod line;
 mod motion;
@@ -26,8 +27,8 @@ mod words;
 use std::collections::BTreeSet;
 
 use crate::nc::{self, BYTE_ORDER_MARK, Environment, Program, Toolpath, interpret, parse};
+use done::Done;
 pub use proof::{Difference, Proof, Rise};
-use words::Done;
 
 /// Compares the two; see the head of the file. The rewritten program is read in the dialect of the original. Files linked
 /// to the programs ([`nc::linked`]) are compared like their own texts; others are the same for both.

@@ -9,8 +9,8 @@ use crate::ids::BlockId;
 use crate::nc::{Program, Syntax, Token, TokenKind};
 
 use super::align::{Role, Roles};
+use super::done::Done;
 use super::line;
-use super::words::Done;
 
 /// What is known of the lines of a rewritten program.
 pub struct Places {
