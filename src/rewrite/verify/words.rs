@@ -98,8 +98,9 @@ impl FWordStyle {
             && words().all(|word| word.contains(&b'.'));
         let digits = (!done.other_units).then(|| digits.max(dialect.feed_digits(true) as u32));
         let counts_inches = dialect.properties().counts_increments && done.inch;
-        let plain = words().filter(|word| plain_number(word).is_some());
-        let letters = plain.map(|word| letter(word).to_vec()).collect();
+        // A feed that was computed (`F#1`) may be written as a number.
+        let letters = words().map(|word| if plain_number(word).is_some() { letter(word) } else { &word[..1] });
+        let letters = letters.map(<[u8]>::to_vec).collect();
         Self { digits, pointed, counts_inches, letters }
     }
     /// What is wrong with a new F word.
