@@ -80,11 +80,13 @@ fn head(program: &Program, roles: &Roles) -> usize {
 /// For each line: is it one of several without a motion between two motions under compensation?
 fn aside(program: &Program, done: &Done) -> Vec<bool> {
     let mut aside = vec![false; program.len()];
-    let (mut since, mut compensated) = (Vec::new(), false);
+    let (mut since, mut compensated) = (Vec::<usize>::new(), false);
     for line in 0..program.len() {
         if done.moves(line) {
             if since.len() > 1 && compensated && done.compensated(line) {
-                since.iter().for_each(|line: &usize| aside[*line] = true);
+                for line in &since {
+                    aside[*line] = true;
+                }
             }
             since.clear();
             compensated = done.compensated(line);
