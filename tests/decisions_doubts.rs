@@ -20,7 +20,7 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 49] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 56] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
     ("stop by a variable", "#3006=1 (TURN PART)", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
@@ -39,6 +39,7 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 49] = [
         Dialect::Fanuc,
         Doubt::TiltedFrame,
     ),
+    ("rotation in space", "G68 X0 Y0 Z0 I0 J1. K0 R30.", Dialect::Fanuc, Doubt::TiltedFrame),
     ("polar interpolation", "G12.1", Dialect::Fanuc, Doubt::TiltedFrame),
     ("offset without origin", "G55", Dialect::Fanuc, Doubt::WorkOffset),
     ("additional offset", "G54.1 P2", Dialect::Fanuc, Doubt::WorkOffset),
@@ -59,12 +60,18 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 49] = [
     ("touch plate, offset", "G38.2 Z-10. F50.\nG10 L20 P1 Z1.6\nG0 Z5.", Dialect::LinuxCnc, Doubt::Probe),
     ("probed value", "G31 Z-10. F50.\n#101=#5063\nG0 Z5.", Dialect::Fanuc, Doubt::Probe),
     ("missing program", "M98 P7000", Dialect::Fanuc, Doubt::MissingProgram),
+    ("part of a program", "M98 P7000 Q20", Dialect::Fanuc, Doubt::MissingProgram),
     ("missing macro", "G65 P9810 Z1.", Dialect::Fanuc, Doubt::MissingProgram),
     ("missing routine", "o<gone> call [1]", Dialect::LinuxCnc, Doubt::MissingProgram),
     ("M code that may be a macro", "M77", Dialect::Fanuc, Doubt::UnknownCode),
     ("something unclamped", "M11", Dialect::Fanuc, Doubt::UnknownCode),
     ("coolant of one builder", "M88", Dialect::Fanuc, Doubt::UnknownCode),
     ("user's M code", "M101", Dialect::LinuxCnc, Doubt::UnknownCode),
+    ("an origin of another control", "G15 H2", Dialect::Fanuc, Doubt::UnknownCode),
+    ("a shift of another control", "G11 X10. Y5. P30.", Dialect::Fanuc, Doubt::UnknownCode),
+    ("stored motions", "G5 P10001 L2", Dialect::Fanuc, Doubt::UnknownCode),
+    ("parameters of the control", "G10 L50\nN1221 P1 R5\nG11", Dialect::Fanuc, Doubt::UnknownCode),
+    ("a straight motion with a radius", "G1 Z5. R2. F600.", Dialect::Fanuc, Doubt::UnknownCode),
     ("unknown G code", "G200 X5.", Dialect::Fanuc, Doubt::UnknownCode),
     ("text of another dialect", "F10 AC", Dialect::Generic, Doubt::UnknownCode),
     ("a name that says nothing here", "PLANE SPATIAL", Dialect::Fanuc, Doubt::UnknownCode),
@@ -156,6 +163,8 @@ fn what_is_known_is_no_doubt() {
         ("rotary axis at rest", "G0 A0."),
         ("rotary axis there and back", "G0 A90.\nG0 A0."),
         ("rotary axis at its reference point and at 0", "G28 C0\nG90 G0 C0."),
+        ("reading ahead", "G5 P10000\nG5 P0\nG5.1 Q1\nG5.1 Q0"),
+        ("the radius of a tool that nothing describes", "G10 L12 P31 R5."),
         ("tool centre point without a cut", "G43.4 H1\nG0 X0.\nG49"),
         ("probe that sets nothing", "G31 Z-10. F50.\nG0 Z5."),
         ("coolant, gears", "M8\nM9\nM41"),

@@ -600,3 +600,38 @@ fn a_piece_with_a_number_behind_its_first_word_is_found() {
     let late = good.replace(piece, &piece.replace("N45 G1 ", "G1 N45 "));
     assert!(proof(&good).holds() && !proof(&late).holds(), "{late}");
 }
+
+/// What is written where something beside the feed could be taken for it, or where no line may be put: the proof holds, and some feed is another.
+#[test]
+fn what_is_written_beside_other_uses_of_f_holds() {
+    let iso = |middle: &str| {
+        format!(
+            "G21 G90 G17 G94\nT1 M6\nS3000 M3\nG0 X0. Y0. Z5.\nG1 Z-1. F200.\nX30. F600.\n{middle}\nG1 X45. F600.\nG0 Z50.\nM30\n"
+        )
+    };
+    let plain = |middle: &str| {
+        let text = format!(
+            "BEGIN PGM PART MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 Z+5 R0 FMAX M3\nL Z-1 F200\nL X+30 F600\n{middle}\nL X+45 F500\n\
+             L Z+50 FMAX M30\nEND PGM PART MM"
+        );
+        text.lines().enumerate().map(|(number, line)| format!("{number} {line}\n")).collect::<String>()
+    };
+    for (dialect, text) in [
+        (Dialect::Fanuc, iso("G41 D1 X40.\nY20.\nM9\nY40.\nM77\nX50.\nG40 X60.")),
+        (Dialect::Fanuc, iso("G41 D1 X40.\nY20.\n#1=0\nWHILE [#1 LT 2] DO1\nY40.\nY20.\n#1=#1+1\nEND1\nG40 X60.")),
+        (Dialect::Fanuc, iso("G41 D1 X40.\nY20.\nM98 P5\nG40 X60.").replace("M30\n", "M30\nO5\nG1 Y30.\nM99\n")),
+        (Dialect::Fanuc, iso("G41 D1 X40.\nM9\nY20. ,R3.\nX60.\nG40 X70.")),
+        (Dialect::Siemens, iso("G4 F1\nMYSUB\nG1 X35. F600.").replace("M6\n", "\nM6\n")),
+        (Dialect::Siemens, iso("G4 F1\nX=35 Y=R5")),
+        (Dialect::Heidenhain, plain("L X+31 M103 F20\nL X+32\nL X+40 F500")),
+        (Dialect::Heidenhain, plain("L X+31 FU0.1\nL X+32\nL X+40 F500")),
+        (Dialect::Heidenhain, plain("RND R2 F100\nL Y+20\nL X+Q5\nL X+40 F500")),
+        (Dialect::Heidenhain, plain("CYCL DEF 1.0 PECKING\nCYCL DEF 1.5 F150\nL X+Q5\nL X+40 F500")),
+    ] {
+        let good = other_feeds(&text, dialect);
+        let proof = verify(&parse(text.as_bytes(), dialect), &parse(good.as_bytes(), dialect), &surroundings());
+        assert!(proof.holds() && proof.feeds_changed > 0, "{}: {:?}\n{good}", dialect.name(), proof.differences);
+    }
+    let titled = format!("%\nO1000 (DRILL AND TAP)\n{}%\n", iso("X35."));
+    assert_ne!(other_feeds(&titled, Dialect::Fanuc), titled, "the title names no tap");
+}

@@ -80,7 +80,7 @@ pub(crate) struct Properties {
     /// Longest line the control reads, bytes without a line end of one byte, when nothing else is said.
     max_line_length: usize,
     /// No control of the family reads longer lines, whatever the setup says.
-    refuses_longer_lines: bool,
+    pub(crate) refuses_longer_lines: bool,
     /// Digits after the point that an F word per minute may carry when the program shows none: mm, inch.
     feed_digits: [usize; 2],
     /// Digits that a number may have in all; `None`: as many as it has decimals.

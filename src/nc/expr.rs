@@ -2,7 +2,7 @@
 //! with it. Precedence, tightest first: functions and signs, `**`, `* / MOD`, `+ -`, comparisons, `AND OR XOR`.
 //! Angles are in degrees.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
 /// Deepest nesting of brackets that is followed.
@@ -21,7 +21,15 @@ pub struct Parameters {
     vacancy: bool,
     /// Numbered parameters that were read without ever having been set, since [`Parameters::take_unset`].
     unset: RefCell<Vec<u32>>,
+    /// One that holds the feed in force was read, since [`Parameters::take_feed_read`].
+    feed_read: Cell<bool>,
 }
+
+/// Variables of Macro B that hold the feed in force: of the block before, of the block being executed, of the interrupted one (Fanuc B-64304EN,
+/// Custom macro, System variables: modal information).
+const FEED_NUMBERS: [u32; 3] = [4109, 4309, 4509];
+/// The one of LinuxCNC.
+const FEED_NAME: &str = "_feed";
 
 impl Parameters {
     /// None is set; `vacancy`: those that are not are vacant.
@@ -30,6 +38,7 @@ impl Parameters {
     }
     /// Value of a numbered parameter; 0 when it was never set, NaN when only the control knows it.
     pub fn number(&self, index: u32) -> f64 {
+        self.feed_read.set(self.feed_read.get() || self.vacancy && FEED_NUMBERS.contains(&index));
         self.numbered.get(&index).copied().unwrap_or_else(|| {
             self.unset.borrow_mut().push(index);
             0.0
@@ -48,9 +57,22 @@ impl Parameters {
     pub fn take_unset(&self) -> Vec<u32> {
         self.unset.take()
     }
+    /// Was one that holds the feed in force read since the last call of this function, by whatever number or spelling?
+    pub fn take_feed_read(&self) -> bool {
+        self.feed_read.take()
+    }
+    /// Sets those that hold the feed in force.
+    pub fn set_feed(&mut self, feed: f64) {
+        if self.vacancy {
+            self.numbered.extend(FEED_NUMBERS.map(|number| (number, feed)));
+        }
+        self.set_name(FEED_NAME, feed);
+    }
     /// Value of a named parameter.
     pub fn name(&self, name: &str) -> Option<f64> {
-        self.named.get(&self.key(name)).copied()
+        let key = self.key(name);
+        self.feed_read.set(self.feed_read.get() || key.1 == FEED_NAME);
+        self.named.get(&key).copied()
     }
     /// Sets a named parameter.
     pub fn set_name(&mut self, name: &str, value: f64) {

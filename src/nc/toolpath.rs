@@ -63,6 +63,8 @@ pub enum Freeze {
     Approach,
     /// A corner with a feed of its own.
     Corner,
+    /// Its feed would have to be restated beside another block without a motion, under radius compensation.
+    LookAhead,
     /// Excluded by the setup.
     Excluded,
 }
@@ -84,6 +86,9 @@ impl Freeze {
             Freeze::Tool => "its tool is unknown or keeps its feed",
             Freeze::Approach => "it is an approach or a departure that the control works out",
             Freeze::Corner => "it is a corner with a feed of its own",
+            Freeze::LookAhead => {
+                "under radius compensation its feed could not be restated without two blocks in a row that do not move"
+            }
             Freeze::OtherFile => "it is made by a subprogram in another file",
             Freeze::Excluded => "the setup excludes it",
         }

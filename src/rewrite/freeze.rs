@@ -5,7 +5,7 @@
 //! subprogram called twice), no single line before it could restate the feed, so nothing in those modal spans changes. Neither does a feed
 //! that is set in a block under the block-delete switch.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
@@ -36,6 +36,9 @@ pub fn freeze(program: &Program, toolpath: &mut Toolpath, job: &Job) {
         motion.freeze = found[index];
         motion.splittable &= !whole[index];
     }
+    if !program.dialect().properties().counts_blocks {
+        hold_under_compensation(program, toolpath);
+    }
 }
 
 /// Keeps the feeds that something not simulated may use: of the moves in its block, and where no line can be inserted before that, of every
@@ -52,6 +55,63 @@ fn hold_used_feeds(program: &Program, toolpath: &mut Toolpath) {
         }
     }
     toolpath.feed_uses = uses;
+}
+
+/// Keeps the feeds under radius compensation that would have to be restated beside another block without a motion: two such blocks in a row end
+/// the look-ahead of many controls, and the path leaves the contour.
+fn hold_under_compensation(program: &Program, toolpath: &mut Toolpath) {
+    if !toolpath.moves.iter().any(|motion| motion.compensated) {
+        return;
+    }
+    let [still, steering] = still_blocks(program, toolpath);
+    let within = |blocks: &[u32], from: BlockId, to: BlockId| {
+        let first = blocks.partition_point(|block| *block <= from.0);
+        to < from || blocks.get(first).is_some_and(|block| *block < to.0)
+    };
+    // The last move at each F word that has to keep it.
+    let mut last = HashMap::new();
+    let mut word = None;
+    for (index, pair) in toolpath.moves.windows(2).enumerate() {
+        if !pair.iter().all(|motion| motion.compensated) {
+            continue;
+        }
+        word = if pair[0].kind == MoveKind::Feed { pair[0].feed.word } else { word };
+        let [from, to] = [pair[0].block, pair[1].block];
+        if within(&steering, from, to) || pair[1].freeze.is_some() && within(&still, from, to) {
+            last.extend(word.map(|word| (word, index)));
+        }
+    }
+    let feeds = |motion: &Move| motion.kind == MoveKind::Feed;
+    let held = |index: usize, motion: &Move| {
+        feeds(motion) && motion.feed.word.and_then(|word| last.get(&word)).is_some_and(|last| index <= *last)
+    };
+    let moves = toolpath.moves.iter().enumerate().filter(|(index, motion)| held(*index, motion));
+    let blocks: HashSet<BlockId> = moves.map(|(_, motion)| motion.block).collect();
+    for motion in toolpath.moves.iter_mut().filter(|motion| feeds(motion) && blocks.contains(&motion.block)) {
+        motion.freeze = motion.freeze.or(Some(Freeze::LookAhead));
+    }
+}
+
+/// Blocks without a motion, in order, and those of them before which the original feed is restated.
+fn still_blocks(program: &Program, toolpath: &Toolpath) -> [Vec<u32>; 2] {
+    let mut moves = vec![false; program.len()];
+    for block in toolpath.moves.iter().map(|motion| motion.block.ix()).filter(|block| *block < program.len()) {
+        moves[block] = true;
+    }
+    let (unread, used) = (toolpath.unread(), toolpath.blocks_that_use_the_feed());
+    let [mut still, mut steering] = [Vec::new(), Vec::new()];
+    for block in program.blocks().filter(|block| !moves[block.ix()]) {
+        let view = View::of(program, block);
+        if view.empty {
+            continue;
+        }
+        still.push(block.0);
+        let known = !view.flow && !view.delete && unread.binary_search(&block).is_err();
+        if !known || used.binary_search(&block).is_ok() {
+            steering.push(block.0);
+        }
+    }
+    [still, steering]
 }
 
 /// Why each move must keep its feed, by move index: what the interpreter found, then what the text forbids.

@@ -12,7 +12,7 @@
 //! numbers are far apart, so the split point is chosen so that the faster piece becomes the shorter one.
 
 use crate::ids::{BlockId, MoveId};
-use crate::nc::{Dialect, Move, PathMode, Program, Toolpath};
+use crate::nc::{Dialect, Move, Program, Toolpath};
 use crate::path::{Arc, Curve, Vec3};
 
 use super::decimal::{Decimal, NumberStyle};
@@ -92,9 +92,8 @@ pub fn can_be_cut(block: &Block<'_>) -> bool {
 }
 
 fn form(block: &Block<'_>) -> Option<Form> {
-    let stops = block.motion.path_mode == PathMode::ExactStop;
     let counted = block.program.dialect().properties().counts_blocks;
-    let may = block.motion.splittable && !stops && !counted && is_simple(block.view);
+    let may = block.motion.splittable && !counted && is_simple(block.view);
     may.then(|| Form::of(block)).flatten()
 }
 

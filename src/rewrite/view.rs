@@ -65,6 +65,7 @@ impl View {
         let plain = program.dialect().syntax() == Syntax::Heidenhain;
         let siemens = program.dialect().syntax() == Syntax::Siemens;
         let mut named = false;
+        let mut first_name: &[u8] = b"";
         for token in program.tokens(block) {
             match token.kind {
                 TokenKind::Blank => continue,
@@ -86,6 +87,9 @@ impl View {
                         view.user_comment_at = view.user_comment_at.or(Some(token.span.start));
                     }
                     let first = !named;
+                    if first && kind == TokenKind::Name && plain {
+                        first_name = token.span.of(program.text());
+                    }
                     named |= kind == TokenKind::Name;
                     let moves = plain && kind == TokenKind::Name && !(first && is_flow(token.span.of(program.text())));
                     view.plain &= moves || kind == TokenKind::Computed(b'F');
@@ -101,13 +105,19 @@ impl View {
             view.code_end = token.span.end;
         }
         view.flow |= view.words.iter().any(calls);
-        if view.g_codes().any(|code| [650, 660, 661].contains(&code)) {
-            // An argument of the macro, not a feed.
-            view.words.retain(|word| word.letter != b'F');
-        }
+        view.drop_other_f(first_name);
         view.jumps |=
             view.words.iter().any(|word| word.letter == b'M' && [97.0, 99.0].contains(&word.number)) && view.has(b'P');
         view
+    }
+    /// Leaves out the F words that are no feed: how long G4 dwells, an argument of a macro, the factor of M103, the feed that belongs to a cycle or
+    /// a corner of plain language. `first_name`: the first name of a block of plain language.
+    fn drop_other_f(&mut self, first_name: &[u8]) {
+        let aside = [&b"CYCL"[..], b"RND", b"CHF"].iter().any(|name| name.eq_ignore_ascii_case(first_name));
+        let factor = self.words.iter().find(|word| word.letter == b'M' && word.number == 103.0);
+        let behind = factor.filter(|_| !first_name.is_empty()).map_or(u32::MAX, |word| word.span.start);
+        let other = aside || self.g_codes().any(|code| [40, 650, 660, 661].contains(&code));
+        self.words.retain(|word| word.letter != b'F' || !other && word.span.start < behind);
     }
     /// The word with this letter, when there is exactly one.
     pub fn only(&self, letter: u8) -> Option<&Word> {

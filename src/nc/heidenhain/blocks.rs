@@ -63,6 +63,11 @@ impl Interpreter<'_, Heidenhain> {
         if names.first() == Some(&"FN") && self.q_jump(source.program().line_text(block), place) {
             return After::Done;
         }
+        if names.contains(&"SYSREAD") {
+            // The feed in force is among what it can read (ID20 NR8).
+            self.uses_feed();
+        }
+        self.plunge_factor(words);
         let read_by_control = names.iter().any(|name| matches!(*name, "SYSREAD" | "TABREAD"));
         for token in tokens.iter().filter(|token| token.kind == TokenKind::Assignment) {
             self.q_assignment(*token, text, read_by_control);
@@ -124,6 +129,15 @@ impl Interpreter<'_, Heidenhain> {
                 self.define_cycle(block, &tokens, text, words, place);
                 words.clear();
             }
+            ["CYCL", "CALL", "POS" | "PAT", ..] => {
+                words.clear();
+                self.misread(
+                    "nc::cycle",
+                    place,
+                    "a cycle called at other positions is kept, not simulated",
+                    "call it by M99",
+                );
+            }
             ["CYCL", "CALL", ..] => self.call_cycle(place),
             ["PLANE", ..] => {
                 let angles = ["SPA", "SPB", "SPC"].map(|name| number_after(&tokens, text, name));
@@ -166,6 +180,19 @@ impl Interpreter<'_, Heidenhain> {
             self.family.call_after = true;
         }
         After::Words
+    }
+
+    /// M103 F20: at 20 % of the feed down along the tool axis. That F is no feed.
+    fn plunge_factor(&mut self, words: &mut Words) {
+        let place = words.m.iter().find(|(code, _)| *code == 1030).map(|(_, place)| *place);
+        let Some(factor) = words.span(b'F').filter(|f| place.is_some_and(|m| m.start < f.start)) else { return };
+        if words.repeated.is_none() {
+            words.remove(b'F');
+        }
+        // A second F, to restate the one in force, has no place beside it.
+        self.uses_feed();
+        let text = "the factor of M103 is not followed";
+        self.not_understood("nc::not-understood", factor, text, "its block is kept as it is");
     }
 
     /// `Q1 = +3 * Q2`; of what is read from the control (FN 18, FN 28) only the control knows the value.

@@ -8,7 +8,7 @@ use super::words::Words;
 use crate::diag::Severity;
 use crate::ids::BlockId;
 use crate::nc::doubt::Doubt;
-use crate::nc::toolpath::{Feed, FeedMode, Freeze, Move, MoveKind, State};
+use crate::nc::toolpath::{Feed, FeedMode, Freeze, Move, MoveKind, PathMode, State};
 use crate::path::{Curve, Vec3};
 
 const AXES: [u8; 3] = *b"XYZ";
@@ -73,8 +73,22 @@ impl<F: Family> Interpreter<'_, F> {
 
     fn feed_line(&mut self, words: &Words, turned: bool) {
         self.freeze_feed(turned);
+        self.doubt_of_arc_words(words);
         let target = self.target(words);
         self.line_to(MoveKind::Feed, target);
+    }
+
+    /// A straight motion with I, J, K or R: a corner to some controls, nothing or an error to others. Beside G40 to G42 they are the direction
+    /// in which compensation begins or ends.
+    fn doubt_of_arc_words(&mut self, words: &Words) {
+        let Some(letter) = b"IJKR".iter().find(|letter| words.has(**letter)) else { return };
+        if words.g.iter().any(|(code, _)| (400..=422).contains(code)) {
+            return;
+        }
+        let place = words.span(*letter).unwrap_or_default();
+        self.doubt(Doubt::UnknownCode, place);
+        let text = format!("{} does not belong to a straight motion", char::from(*letter));
+        self.not_understood("nc::unknown-word", place, text, "its feed is kept; a corner is ,R or ,C");
     }
 
     /// The feed is kept where a rotary axis turns, and under G63 as a mode, where it belongs to a thread pitch.
@@ -251,12 +265,13 @@ impl<F: Family> Interpreter<'_, F> {
         self.place.tool = curve.to();
         let main = self.main_block();
         let block = self.linked_at().map_or(main, |(first, _)| BlockId(first + self.block.id.0));
-        let state = self.state(kind, feed);
+        let (state, path_mode) = (self.state(kind, feed), self.modal.path_mode);
         let mut motion = Move::new(block, kind, curve, state);
         motion.line = main.0 + 1;
         motion.instance = self.flow.counts.get(block.ix()).map_or(0, |count| count.saturating_sub(1));
         motion.freeze = freeze;
-        motion.splittable = self.block.splittable;
+        // Every piece of a block would stop at its end.
+        motion.splittable = self.block.splittable && path_mode != PathMode::ExactStop;
         motion
     }
 

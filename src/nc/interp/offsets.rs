@@ -12,6 +12,10 @@ const AXES: [u8; 3] = *b"XYZ";
 /// Largest difference between the origins in program and setup that still counts as equal, mm: the sum of some roundings to 0.001 mm or
 /// 0.0001 inch.
 const AGREES_MM: f64 = 0.005;
+/// L of a G10 that sets an origin.
+const ORIGINS: [f64; 2] = [2.0, 20.0];
+/// L of a G10 that writes lengths, radii and wear. Others write parameters of the control, zeros among them, or the lives of tools.
+const TOOL_DATA: [f64; 6] = [0.0, 1.0, 10.0, 11.0, 12.0, 13.0];
 
 impl<F: Family> Interpreter<'_, F> {
     /// G54–G59, G59.1–G59.3 (590 + n), G54.1 P (Fanuc), G154 P (Haas): the machine stays, its coordinates change.
@@ -114,6 +118,10 @@ impl<F: Family> Interpreter<'_, F> {
                 }
                 self.frame.g92 = self.frame.g92_aside;
             }
+            680 if words.has_any(b"IJK") => {
+                let place = words.g.first().map_or_else(Default::default, |g| g.1);
+                self.lose_frame(place, "a rotation in space (G68 with I, J, K)", "G69 ends it");
+            }
             680 => self.rotate(words, axis_words),
             690 => {
                 self.frame.rotation = None;
@@ -180,7 +188,10 @@ impl<F: Family> Interpreter<'_, F> {
         if [1.0, 10.0, 11.0].contains(&level) {
             self.length_is_written(words.get(b'P').map(|p| p.max(0.0) as u32));
         }
-        if level != 2.0 && level != 20.0 {
+        if level == 12.0 && self.radius_is_another(words) || !TOOL_DATA.contains(&level) && !ORIGINS.contains(&level) {
+            self.doubt(Doubt::UnknownCode, place);
+        }
+        if !ORIGINS.contains(&level) {
             self.say("nc::g10", Severity::Note, place, "this G10 does not move the tool here", "");
             return;
         }
@@ -210,6 +221,14 @@ impl<F: Family> Interpreter<'_, F> {
         self.doubt_of_origin();
         self.frame.changed.retain(|(number, _)| *number != wcs);
         self.frame.changed.push((wcs, change));
+    }
+
+    /// G10 L12: is the radius that it writes another than that of the tool of this number?
+    fn radius_is_another(&self, words: &Words) -> bool {
+        let tool = words.get(b'P').map(|number| number.max(0.0) as u32);
+        let diameter_mm = tool.and_then(|tool| self.env.diameter_mm(tool));
+        let radius_mm = words.get(b'R').map(|radius| radius * self.modal.unit_mm());
+        diameter_mm.zip(radius_mm).is_some_and(|(diameter, radius)| (radius - 0.5 * diameter).abs() > AGREES_MM)
     }
 
     /// G28, G30: through a point on the way to the reference point, in the axes that are named (all, if none is).

@@ -124,8 +124,8 @@ impl<F: Family> Interpreter<'_, F> {
             400 => self.switch_compensation(0.0, false, words, span),
             410 | 411 => self.switch_compensation(1.0, code == 411, words, span),
             420 | 421 => self.switch_compensation(-1.0, code == 421, words, span),
-            150 => self.modal.polar = None,
-            160 => self.modal.polar = self.modal.polar.or(Some((0.0, 0.0))),
+            150 if !words.has(b'H') => self.modal.polar = None,
+            160 if !words.has(b'H') => self.modal.polar = self.modal.polar.or(Some((0.0, 0.0))),
             70 => self.refuse_lathe(span, "G7 (diameter mode)"),
             80 if dialect.g8_is_for_lathes => self.refuse_lathe(span, "G8 (radius mode)"),
             50 | 51 if looks_ahead(words) && !dialect.g8_is_for_lathes => {}
@@ -153,7 +153,9 @@ impl<F: Family> Interpreter<'_, F> {
             970 => self.spindle_is_known(Doubt::SurfaceSpeed),
             // LinuxCNC: a length of its own, a further one added.
             431 | 432 => self.tool_length.now = Length::Other,
-            80 | 110 | 531 | 1030 | 1870 => {}
+            // With coordinates G11 shifts and turns them, with H G15 and G16 take in an origin (Okuma OSP).
+            110 if !words.has_any(b"XYZ") => {}
+            80 | 531 | 1030 | 1870 => {}
             980 | 990 => modal.retract_to_r = code == 990,
             _ => {
                 let text = String::from_utf8_lossy(span.of(self.flow.source.program().text())).into_owned();
@@ -357,7 +359,8 @@ impl<F: Family> Interpreter<'_, F> {
     }
 }
 
-/// G5 P10000, G5.1 Q1: the control reads ahead.
+/// G5 P10000, G5.1 Q1: the control reads ahead. G5 P10001 L2 runs motions that are stored in variables.
 fn looks_ahead(words: &Words) -> bool {
-    !words.has_any(b"XYZ") && words.has_any(b"PQ")
+    let value = words.get(b'P').or(words.get(b'Q'));
+    !words.has_any(b"XYZL") && value.is_some_and(|value| [0.0, 1.0, 2.0, 3.0, 10000.0].contains(&value))
 }

@@ -79,6 +79,10 @@ fn threading_tools(program: &Program) -> Vec<u32> {
             continue;
         }
         let block = program.block_at(at as u32);
+        // Beside the number of the program stands its title: `O1000 (DRILL AND TAP)`.
+        if program.tokens(block).any(|token| token.kind == TokenKind::Word(b'O')) {
+            continue;
+        }
         let inside = |token: &Token| {
             token.kind == TokenKind::Comment && (token.span.start..token.span.end).contains(&(at as u32))
         };

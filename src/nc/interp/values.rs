@@ -58,6 +58,10 @@ impl<F: Family> Interpreter<'_, F> {
     /// Diagnoses the variables just read that only the control knows: they last from program to program, belong to the control, or are left
     /// over from an earlier program. Returns the highest of their numbers as [`Family::unset_variable`] counts them, or 0.
     pub(crate) fn doubt_unset_variables(&mut self, place: Span) -> u32 {
+        if self.parameters.take_feed_read() {
+            // What the program makes of the feed that it reads may be anything.
+            self.uses_feed();
+        }
         let unset = self.parameters.take_unset();
         unset.into_iter().map(|number| F::unset_variable(self, number, place)).max().unwrap_or(0)
     }

@@ -15,6 +15,8 @@ impl Interpreter<'_, Rs274> {
                 970 => self.call_local(words, repeats, span),
                 980 | 1980 => self.call_program(words, repeats, span),
                 990 => self.return_word(words, span),
+                // LinuxCNC: M70 keeps the feed for M72.
+                700 => self.uses_feed(),
                 _ => {}
             }
         }
@@ -30,6 +32,9 @@ impl Interpreter<'_, Rs274> {
 
     fn call_program(&mut self, words: &Words, repeats: u64, span: Span) {
         let number = words.get(b'P').map_or(0, |p| p.max(0.0) as u64);
+        if let Some(block) = words.get(b'Q') {
+            return self.no_routine(span, &format!("program {number} from its block N{block}"));
+        }
         if self.call_by_name(&number.to_string(), repeats, None) {
             return;
         }
@@ -98,6 +103,7 @@ impl Interpreter<'_, Rs274> {
     fn return_word(&mut self, words: &Words, span: Span) {
         if !self.in_subprogram() {
             self.say("nc::endless-program", Severity::Note, span, "M99 begins the program again; one pass is read", "");
+            self.uses_feed();
             self.flow.ended = true;
             return;
         }

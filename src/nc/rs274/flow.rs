@@ -11,9 +11,6 @@ use crate::nc::interp::labels::label_of;
 use crate::nc::interp::state::After;
 use crate::nc::token::{Token, TokenKind};
 
-/// Variables that hold the feed: Macro B's of the block before and of the block being executed, LinuxCNC's.
-const FEEDS: [&[u8]; 3] = [b"#4109", b"#4309", b"#<_feed>"];
-
 /// Statements of Macro B that print, or name a variable: they move nothing.
 const PRINTS: [&str; 5] = ["POPEN", "DPRNT", "BPRNT", "PCLOS", "SETVN"];
 
@@ -284,11 +281,8 @@ impl Interpreter<'_, Rs274> {
                 self.parameters.numbered.extend([(5420 + axis, at[axis as usize]), (5041 + axis, at[axis as usize])]);
             }
         }
-        if FEEDS.iter().any(|mark| asks(mark)) {
-            // What the program makes of the feed that it reads may be anything.
-            self.uses_feed();
-            let feed = self.modal.feed.value / unit;
-            self.parameters.numbered.extend([(4109, feed), (4309, feed)]);
+        if asks(b"#") {
+            self.parameters.set_feed(self.modal.feed.value / unit);
         }
         if asks(b"#<_") {
             let truth = |it: bool| f64::from(u8::from(it));
@@ -301,7 +295,6 @@ impl Interpreter<'_, Rs274> {
                 ("_absolute", truth(!self.modal.incremental)),
                 ("_incremental", truth(self.modal.incremental)),
                 ("_current_tool", f64::from(self.modal.tool)),
-                ("_feed", self.modal.feed.value / unit),
                 ("_rpm", crate::units::rpm_from_rps(self.modal.speed_rps)),
                 ("_coord_system", f64::from(self.modal.wcs) * 10.0),
             ];

@@ -51,6 +51,7 @@ impl Interpreter<'_, Siemens> {
             "HOLES1" | "HOLES2" => self.hole_pattern(name, &arguments),
             _ if modal => {
                 if drilling_code(name).is_none() {
+                    self.doubt_of_foreign(name, span);
                     let text = format!("the modal call of {name} is kept, not simulated");
                     self.say("nc::modal-call", Severity::Warning, span, text, "feeds are kept up to the next MCALL");
                 }
@@ -64,16 +65,27 @@ impl Interpreter<'_, Siemens> {
                 if self.call_siemens(name, repeats(words), arguments) {
                     words.called.push(span);
                 } else {
-                    if !OWN_CYCLES.iter().any(|cycle| name.starts_with(cycle)) {
-                        self.doubt(Doubt::MissingProgram, span);
-                    } else if name.starts_with("CYCLE97") {
-                        self.doubt(Doubt::Probe, span);
-                    }
-                    let text = format!("{name} is kept, not simulated");
-                    self.say("nc::cycle", Severity::Warning, span, text, "what it cuts is not known to the simulation");
+                    self.doubt_of_foreign(name, span);
+                    self.keep_cycle(name, span);
                 }
             }
         }
+    }
+
+    /// A call that is not followed: anything may be in a program that is not there, and a cycle that measures sets offsets.
+    fn doubt_of_foreign(&mut self, name: &str, place: Span) {
+        if !OWN_CYCLES.iter().any(|cycle| name.starts_with(cycle)) {
+            self.doubt(Doubt::MissingProgram, place);
+        } else if name.starts_with("CYCLE97") {
+            self.doubt(Doubt::Probe, place);
+        }
+    }
+
+    /// A cycle that is not simulated. It may drill at the feed in force, and so may the one that MCALL has called for its positions.
+    fn keep_cycle(&mut self, name: &str, place: Span) {
+        self.uses_feed();
+        let text = format!("{name} is kept, not simulated");
+        self.say("nc::cycle", Severity::Warning, place, text, "what it cuts is not known to the simulation");
     }
 
     /// Calls a subprogram; R parameters are those of the caller, other variables its own.
@@ -146,12 +158,14 @@ impl Interpreter<'_, Siemens> {
     /// CYCLE81 … CYCLE89: retract plane, reference plane, safety distance, depth (absolute, or relative to the reference).
     fn drilling_cycle(&mut self, call: &ModalCall) {
         let value = |index: usize| call.arguments.get(index).copied().flatten();
-        let (Some(code), Some(retract), Some(reference)) = (drilling_code(&call.name), value(0), value(1)) else {
-            return;
+        let depth = value(3).or(value(1).zip(value(4)).map(|(reference, relative)| reference - relative.abs()));
+        let place = self.flow.source.program().span(self.block.id);
+        let (Some(code), Some(retract), Some(reference), Some(depth)) =
+            (drilling_code(&call.name), value(0), value(1), depth)
+        else {
+            return self.keep_cycle(&call.name, place);
         };
         let unit = self.modal.unit_mm();
-        let depth = value(3).or(value(4).map(|relative| reference - relative.abs()));
-        let Some(depth) = depth else { return };
         let chip_break = call.name == "CYCLE83" && value(11).unwrap_or(0.0) == 0.0;
         let first = value(5).map(|d| (reference - d).abs()).or(value(6));
         let cycle = Cycle {

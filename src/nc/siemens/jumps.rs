@@ -85,8 +85,7 @@ impl Interpreter<'_, Siemens> {
         } else if word != "GOTOC" {
             let label = String::from_utf8_lossy(target.span.of(text)).into_owned();
             let text = format!("there is no label {label} there");
-            self.say("nc::no-target", Severity::Error, target.span, text, "the program ends here");
-            self.flow.ended = true;
+            self.end_without_target(target.span, text);
         }
     }
 
@@ -131,10 +130,16 @@ impl Interpreter<'_, Siemens> {
         if let Some((first, end)) = section.filter(|(first, end)| first < end && !(*first..*end).contains(&here)) {
             self.repeat_blocks(first as usize..end as usize, times);
         } else {
-            let text = "the blocks to be repeated are not there";
-            self.say("nc::no-target", Severity::Error, tokens[0].span, text, "the program ends here");
-            self.flow.ended = true;
+            self.end_without_target(tokens[0].span, "the blocks to be repeated are not there".to_owned());
         }
+    }
+
+    /// A target that is not found ends the run here. It may be in a variable (`GOTOF NAME`, `GOTOF "L"<<R1`): what is there then
+    /// inherits the feed in force.
+    fn end_without_target(&mut self, place: Span, text: String) {
+        self.uses_feed();
+        self.say("nc::no-target", Severity::Error, place, text, "the program ends here");
+        self.flow.ended = true;
     }
 
     /// The end of a section that begins at `first` and is closed by ENDLABEL.

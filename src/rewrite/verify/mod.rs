@@ -5,7 +5,8 @@
 //! original byte for byte, a line with nothing but F, or a piece of a block. *Motion* ([`motion`]): both programs are interpreted; every event
 //! must be the same in the same order, the pieces of a block must lie on its path, join, and end where it ends, and feeds that must not change
 //! (threads, probes …) must be equal. *Words* ([`words`]): an F differs only in a line that moves at a feed in both programs, and the other
-//! tokens of the line are the same. Where blocks depend on the block-delete switch, motions are compared with the switch on and off.
+//! tokens of the line are the same; a line is added only where it is nothing but a feed ([`place`]). Where blocks depend on the block-delete
+//! switch, motions are compared with the switch on and off.
 //!
 //! The proof shares no code with what writes the program (`tests/tidy.rs`), except that both read tokens and interpret programs by `nc`.
 //!
@@ -15,17 +16,19 @@
 
 mod align;
 pub(super) mod comment;
+mod done;
 mod exact;
 mod line;
 mod motion;
+mod place;
 mod proof;
 mod words;
 
 use std::collections::BTreeSet;
 
 use crate::nc::{self, BYTE_ORDER_MARK, Environment, Program, Toolpath, interpret, parse};
+use done::Done;
 pub use proof::{Difference, Proof, Rise};
-use words::Done;
 
 /// Compares the two; see the head of the file. The rewritten program is read in the dialect of the original. Files linked
 /// to the programs ([`nc::linked`]) are compared like their own texts; others are the same for both.

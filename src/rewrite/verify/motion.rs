@@ -196,7 +196,7 @@ fn compare_moves(a: &Move, b: &Move, roles: &Roles, keeps: bool, proof: &mut Pro
 /// Records a motion that runs faster than before.
 fn enter_rise(a: &Move, b: &Move, proof: &mut Proof) {
     let (was, is) = (a.feed.mm_s, b.feed.mm_s);
-    if a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && was > 0.0 && is > was * (1.0 + SAME_FEED) {
+    if a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && was > 0.0 && is > was && feed_differs(a, b) {
         let lines = [a.block.0 + 1, b.block.0 + 1];
         proof.rises.push(Rise { ratio: is / was, feeds_mm_s: [was, is], lines });
     }
@@ -236,8 +236,10 @@ fn other_words(a: &Move, b: &Move) -> Option<&'static str> {
     }
 }
 
+/// A feed that no plain F word set (FU, a variable) is that of its text, which is the same, whatever the F before it says.
 fn feed_differs(a: &Move, b: &Move) -> bool {
-    (a.feed.mm_s - b.feed.mm_s).abs() > SAME_FEED * a.feed.mm_s.abs()
+    (a.feed.word.is_some() || b.feed.word.is_some())
+        && (a.feed.mm_s - b.feed.mm_s).abs() > SAME_FEED * a.feed.mm_s.abs()
 }
 
 fn same_point(a: Vec3, b: Vec3) -> bool {

@@ -4,7 +4,8 @@
 //! An F word may differ only in a block that moves at a feed in both programs: nowhere else is it known to be a feed (a dwell,
 //! an argument, a pitch, a subprogram that nothing calls). What else a line holds is the same *tokens*, not only the same
 //! bytes with ours taken out: `G5(FW F600 kept)4` is no G54. A new F is one plain number above zero. Comments of ours stand
-//! after the code. In lines that are never reached or move nothing, an added F may only restate the one before it. A feed per minute has no more
+//! after the code, and a line keeps to the length that the control reads. A new F stands where the original's does, or behind the code. A line
+//! is added only where the control comes by and takes it for nothing but a feed ([`place`](super::place)). A feed per minute has no more
 //! digits than the control or the file uses, unless it is smaller than their last digit; and it has a point if all feeds of the file do, because
 //! F600 is 0.6 to some controls. Comments of ours have a form that the control reads.
 //! Pieces are cut only from what is executed, bear no number that a jump could look for, and have a decimal point where
@@ -14,12 +15,13 @@ use std::collections::BTreeSet;
 
 use crate::ids::BlockId;
 
-use crate::nc::{CommentForm, FeedMode, Freeze, Move, MoveKind, Program, Token, TokenKind, Toolpath};
-use crate::path::Curve;
+use crate::nc::{CommentForm, Program, Syntax, Token, TokenKind};
 
 use super::align::{Role, Roles};
+use super::done::Done;
 use super::exact::Exact;
 use super::line::{self, is_ours};
+use super::place::Places;
 use super::proof::Proof;
 
 /// Largest F that is believed: 1 km/min.
@@ -31,99 +33,11 @@ const MOST_BYTES: usize = 10;
 /// Most digits behind the point of an F that are believed: a feed per revolution in inches takes five.
 const MOST_DIGITS: u32 = 5;
 
-/// What the control does in each line of a program.
-#[derive(Debug, Default)]
-pub struct Done {
-    /// Comes to it.
-    reached: Vec<bool>,
-    /// Moves in it.
-    moves: Vec<bool>,
-    /// Moves at a feed in it that may be another.
-    feeds: Vec<bool>,
-    /// Moves at a feed in it, whatever that belongs to.
-    fed: Vec<bool>,
-    /// The letters of a centre that its arcs have, by their plane.
-    centres: Vec<Option<[u8; 2]>>,
-    /// Feeds that are not per minute, anywhere.
-    other_units: bool,
-    /// The program is in inches.
-    inch: bool,
-}
-
-impl Done {
-    /// Nothing yet, for a program of so many lines.
-    pub fn new(lines: usize) -> Self {
-        let none = || vec![false; lines];
-        Self {
-            reached: none(),
-            moves: none(),
-            feeds: none(),
-            fed: none(),
-            centres: vec![None; lines],
-            other_units: false,
-            inch: false,
-        }
-    }
-    /// Adds what is done in one position of the block-delete switch.
-    pub fn add(&mut self, toolpath: &Toolpath) {
-        for (line, reached) in self.reached.iter_mut().enumerate() {
-            *reached |= toolpath.reached.holds(BlockId(line as u32));
-        }
-        for motion in &toolpath.moves {
-            if let Some(moves) = self.moves.get_mut(motion.block.ix()) {
-                *moves = true;
-            }
-            if let Some(fed) = self.fed.get_mut(motion.block.ix()) {
-                *fed |= motion.kind == MoveKind::Feed;
-            }
-            if let (Curve::Arc(arc), Some(centre)) = (motion.curve(), self.centres.get_mut(motion.block.ix())) {
-                let (first, second, _) = arc.plane.axes();
-                *centre = Some([first, second].map(|axis| b"IJK"[axis]));
-            }
-        }
-        self.inch |= toolpath.inch;
-        let other_unit = |motion: &Move| motion.kind == MoveKind::Feed && motion.feed.mode != FeedMode::PerMinute;
-        self.other_units |= toolpath.moves.iter().any(other_unit);
-        // A move made by another file stands at the line of its call.
-        let own = |motion: &&Move| {
-            let others = [Freeze::OtherFile, Freeze::Synchronised, Freeze::Probe, Freeze::NotUnderstood].map(Some);
-            motion.kind == MoveKind::Feed && !others.contains(&motion.freeze)
-        };
-        for motion in toolpath.moves.iter().filter(own) {
-            if let Some(feeds) = self.feeds.get_mut(motion.block.ix()) {
-                *feeds = true;
-            }
-        }
-    }
-    /// Lines that move the tool, that are executed otherwise, and that are never reached.
-    pub fn lines(&self) -> [usize; 3] {
-        let mut found = [0; 3];
-        for (reached, moves) in self.reached.iter().zip(&self.moves) {
-            found[if *moves {
-                0
-            } else if *reached {
-                1
-            } else {
-                2
-            }] += 1;
-        }
-        found
-    }
-    fn reaches(&self, line: usize) -> bool {
-        self.reached.get(line) == Some(&true)
-    }
-    fn fed(&self, line: usize) -> bool {
-        self.fed.get(line) == Some(&true)
-    }
-    fn feeds(&self, line: usize) -> bool {
-        self.feeds.get(line) == Some(&true)
-    }
-}
-
 /// Checks every line that is not byte for byte one of the original.
 pub fn check(original: &Program, rewritten: &Program, roles: &Roles, done: &[Done; 2], proof: &mut Proof) {
     let numbers = Numbers::of(original);
     let manner = FWordStyle::of(original, &done[0]);
+    let places = Places::of(rewritten, roles, &done[1]);
     let mut stated: &[u8] = b"";
     let mut fed_before = false;
     for (line, role) in roles.of.iter().enumerate() {
@@ -135,14 +49,14 @@ pub fn check(original: &Program, rewritten: &Program, roles: &Roles, done: &[Don
             Role::Last(own) => last_piece(original, *own, rewritten, block, done, stated, &manner),
             Role::Piece(own) => piece(original, *own, rewritten, block, done, stated, &manner)
                 .or_else(|| numbers.clash(rewritten, block)),
-            Role::Added => {
-                added(rewritten, block, &done[1], stated, &manner).or_else(|| numbers.clash(rewritten, block))
-            }
+            Role::Added => added(rewritten, block, &done[1], stated, &manner)
+                .or_else(|| numbers.clash(rewritten, block))
+                .or_else(|| places.wrong(line)),
         };
         let unchanged = matches!(role, Role::Same(own) if original.line_text(*own) == rewritten.line_text(block));
-        let wrong = wrong.or_else(|| if unchanged { None } else { foreign_comment(rewritten, block) });
+        let changed = || foreign_comment(original, rewritten, block).or_else(|| too_long(rewritten, block));
+        let wrong = wrong.or_else(|| if unchanged { None } else { changed() });
         let feeds_alone = matches!(role, Role::Added) && !feeds(rewritten, block).is_empty();
-        // Under radius compensation two blocks without a motion end the look-ahead of many controls.
         let wrong = wrong.or((fed_before && feeds_alone).then_some("two feeds in a row are added"));
         fed_before = feeds_alone;
         if let Role::Same(own) | Role::Last(own) = role {
@@ -170,6 +84,8 @@ struct FWordStyle {
     pointed: bool,
     /// In inches such a control takes F40 for 0.40 or for 40.
     counts_inches: bool,
+    /// What stands before the digits: `F`, `f`, `F `.
+    letters: BTreeSet<Vec<u8>>,
 }
 
 impl FWordStyle {
@@ -182,11 +98,17 @@ impl FWordStyle {
             && words().all(|word| word.contains(&b'.'));
         let digits = (!done.other_units).then(|| digits.max(dialect.feed_digits(true) as u32));
         let counts_inches = dialect.properties().counts_increments && done.inch;
-        Self { digits, pointed, counts_inches }
+        // A feed that was computed (`F#1`) may be written as a number.
+        let letters = words().map(|word| if plain_number(word).is_some() { letter(word) } else { &word[..1] });
+        let letters = letters.map(<[u8]>::to_vec).collect();
+        Self { digits, pointed, counts_inches, letters }
     }
     /// What is wrong with a new F word.
     fn wrong(&self, word: &[u8], like: &[u8]) -> Option<&'static str> {
         let number = plain_number(word)?;
+        if !self.letters.contains(letter(word)) {
+            return Some("an F is written in another way than those of the original");
+        }
         if line::number_of(word).len() > MOST_BYTES {
             return Some("an F has more digits than a control reads");
         }
@@ -201,18 +123,42 @@ impl FWordStyle {
     }
 }
 
+/// What stands before the digits of an F word.
+fn letter(word: &[u8]) -> &[u8] {
+    let digits = word.iter().position(|byte| byte.is_ascii_digit() || *byte == b'.');
+    &word[..digits.unwrap_or(word.len())]
+}
+
 /// The number of an F word that is plain.
 fn plain_number(word: &[u8]) -> Option<Exact> {
     let digits = word.iter().position(|byte| !matches!(byte, b'F' | b'f' | b' ' | b'='))?;
     Exact::read(&word[digits..])
 }
 
-/// A comment of ours in a form that the control does not have.
-fn foreign_comment(program: &Program, block: BlockId) -> Option<&'static str> {
-    let form = |token: Token| CommentForm::of(token.span.of(program.text()));
-    let mut forms = program.tokens(block).filter(|token| is_ours(program, token)).filter_map(form);
-    let foreign = forms.any(|form| !program.dialect().has_comment(form));
+/// A comment of ours in a form that the control does not have. A Siemens reads parentheses as a comment in its ISO mode only: there the
+/// original has some.
+fn foreign_comment(original: &Program, rewritten: &Program, block: BlockId) -> Option<&'static str> {
+    let form = |token: Token| CommentForm::of(token.span.of(rewritten.text()));
+    let mut forms = rewritten.tokens(block).filter(|token| is_ours(rewritten, token)).filter_map(form);
+    let dialect = original.dialect();
+    let by_mode = |form| dialect.syntax() == Syntax::Siemens && form != dialect.safest_comment();
+    let foreign = forms.any(|form| !dialect.has_comment(form) || by_mode(form) && !has_comment(original, form));
     foreign.then_some("a comment of ours is in a form that this control does not have")
+}
+
+fn has_comment(program: &Program, form: CommentForm) -> bool {
+    let is =
+        |token: Token| token.kind == TokenKind::Comment && CommentForm::of(token.span.of(program.text())) == Some(form);
+    program.blocks().any(|block| program.tokens(block).any(is))
+}
+
+/// A changed line that is longer than any that the control reads.
+fn too_long(program: &Program, block: BlockId) -> Option<&'static str> {
+    let properties = program.dialect().properties();
+    let line = program.line_text(block);
+    let bytes = line.strip_suffix(b"\n").unwrap_or(line).len();
+    let long = properties.refuses_longer_lines && bytes > program.dialect().max_line_length();
+    long.then_some("the line is longer than the control reads")
 }
 
 /// Kind and bytes of everything but blanks, line ends, F words and comments of ours.
@@ -254,13 +200,49 @@ fn new_feed(
     // In plain language, where no line can be added, a feed is stated in a motion that keeps its own.
     let counted = original.dialect().properties().counts_blocks;
     let in_block = counted && done[0].fed(own.ix()) && done[1].fed(block.ix());
-    if was == now || in_block && was.is_empty() && is_stated(&now, stated) {
+    if feed_is_elsewhere(original, own, rewritten, block) {
+        Some("the F stands neither where it stood nor behind the code")
+    } else if was == now {
+        None
+    } else if counted && has_named_feed(rewritten, block) {
+        Some("the line has a feed by its name already")
+    } else if in_block && was.is_empty() && is_stated(&now, stated) {
         None
     } else if !done[0].feeds(own.ix()) || !done[1].feeds(block.ix()) {
         Some("the F of a line that does not move at a feed is another")
     } else {
         no_plain_feed(rewritten, block, manner, was.last().copied().unwrap_or(stated))
     }
+}
+
+/// Neither a blank nor a comment.
+fn is_code(token: &Token) -> bool {
+    !matches!(token.kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment)
+}
+
+/// How many tokens of code stand before the first F; `None`: there is no F.
+fn place_of_feed(program: &Program, block: BlockId) -> Option<usize> {
+    program.tokens(block).filter(is_code).position(|token| is_feed(&token))
+}
+
+/// Does the F stand elsewhere than that of the original? A new one stands behind the code, in plain language before the M functions: LinuxCNC
+/// refuses `F600 N10`, and plain language `F600 L X+30`.
+fn feed_is_elsewhere(original: &Program, own: BlockId, rewritten: &Program, block: BlockId) -> bool {
+    let Some(place) = place_of_feed(rewritten, block) else { return false };
+    if let Some(before) = place_of_feed(original, own) {
+        return place != before;
+    }
+    let next = rewritten.tokens(block).filter(is_code).nth(place + 1);
+    let counted = original.dialect().properties().counts_blocks;
+    next.is_some_and(|token| !(counted && line::is(&token, b'M')))
+}
+
+/// FMAX, FAUTO, FU … of plain language.
+fn has_named_feed(program: &Program, block: BlockId) -> bool {
+    let named = |token: Token| {
+        token.kind == TokenKind::Name && matches!(token.span.of(program.text()).first(), Some(b'F' | b'f'))
+    };
+    program.tokens(block).any(named)
 }
 
 /// The line has not one F that is a plain number above zero.
@@ -363,12 +345,11 @@ fn is_stated(now: &[&[u8]], stated: &[u8]) -> bool {
 
 /// A line that is not in the original: a feed, a comment of ours, or both. `stated`: the last F of the original before it.
 fn added(rewritten: &Program, block: BlockId, done: &Done, stated: &[u8], manner: &FWordStyle) -> Option<&'static str> {
-    let now = feeds(rewritten, block);
-    if now.is_empty() {
+    if feeds(rewritten, block).is_empty() {
         return None;
     }
-    if !done.reaches(block.ix()) && !is_stated(&now, stated) {
-        return Some("another feed is stated where the control does not come by");
+    if !done.reaches(block.ix()) {
+        return Some("a feed is stated where the control does not come by");
     }
     no_plain_feed(rewritten, block, manner, stated).or_else(|| misplaced(rewritten, block))
 }
