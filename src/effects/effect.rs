@@ -224,6 +224,13 @@ impl Effect {
         self.parameters.iter().any(|p| p.place.is_some() && !p.is_read_off())
     }
 
+    /// Does the reading exceed the load with this effect? Then it acts without a cut as well.
+    #[must_use]
+    pub fn has_losses(&self) -> bool {
+        let start: Vec<f64> = self.parameters.iter().map(|parameter| parameter.starts[0]).collect();
+        (self.change)(&start, &State::default()).excess.at_full != 0.0
+    }
+
     /// Does it change this part of a reading, depending on this covariate?
     pub fn knows(&self, covariate: Covariate, part: Multiplies) -> bool {
         self.multiplies == part && self.covariates.contains(&covariate)

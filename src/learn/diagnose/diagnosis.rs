@@ -4,7 +4,6 @@ use crate::effects::{Acts, Covariate, Effect};
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::criteria::Criteria;
 use crate::learn::diagnose::free_curve::Along;
-use crate::learn::diagnose::idle::has_losses;
 use crate::learn::diagnose::trial::Trial;
 use crate::learn::diagnose::trial_cache::TrialCache;
 use crate::learn::model::cross_validation::Split;
@@ -94,7 +93,7 @@ impl Diagnosis<'_> {
     /// Need it not be asked again beside the other effects of this model? Losses of a drive change the tare too: beside them what the readings
     /// without a cut showed before has to hold its place in all readings.
     pub(in crate::learn) fn is_settled(&self, effect: &Effect, model: &[FittedEffect]) -> bool {
-        self.has_own_data(effect) && (self.is_timed(effect) || !model.iter().any(|each| has_losses(each.effect)))
+        self.has_own_data(effect) && (self.is_timed(effect) || !model.iter().any(|each| each.effect.has_losses()))
     }
 
     /// Number of parameters that were fitted for an effect, here or to the readings without a cut.
@@ -119,32 +118,5 @@ impl Diagnosis<'_> {
         kinds.sort_unstable();
         kinds.dedup();
         if kinds.len() < 2 { Vec::new() } else { kinds }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::effects::{State, named};
-    use crate::learn::diagnose::made_data::{begun, fifths, made};
-
-    #[test]
-    fn what_readings_without_a_cut_show_is_settled_but_beside_losses_of_the_drive() {
-        let data = made(|_| 0.0, 1.0, |_| State::default());
-        let (split, options) = (fifths(&data), Options::default());
-        let of = |name: &str| {
-            let effect = named(name).unwrap();
-            let values: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.starts[0]).collect();
-            FittedEffect { effect, free: vec![true; values.len()], values }
-        };
-        let tare = of("tare-speed");
-        let mut diagnosis = begun(&data, &split, &options, 1.0);
-        let is_settled =
-            |of: &Diagnosis, beside: &FittedEffect| of.is_settled(tare.effect, std::slice::from_ref(beside));
-        assert!(!is_settled(&diagnosis, &of("flank-wear")));
-        diagnosis.shown_by_idle.push(tare.clone());
-        assert!(is_settled(&diagnosis, &of("flank-wear")) && !is_settled(&diagnosis, &of("drive-efficiency")));
-        assert_eq!(diagnosis.parameters_of(&tare.held()), tare.free_count());
-        assert_eq!(diagnosis.parameters_of(&of("flank-wear").held()), 0);
     }
 }

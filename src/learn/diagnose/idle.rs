@@ -65,7 +65,7 @@ impl Diagnosis<'_> {
 
     /// The effects that the readings without a cut show and for which they have no rival; and the number of models fitted.
     fn effects_of_tare(&self, idle: &Data) -> Option<(Vec<Shown>, usize)> {
-        let acts = |each: &&Effect| each.multiplies == Multiplies::Tare || has_losses(each);
+        let acts = |each: &&Effect| each.multiplies == Multiplies::Tare || each.has_losses();
         let candidates = self.options.candidates.iter().copied().filter(acts).collect();
         let options = Options { candidates, known: Vec::new(), ..self.options.clone() };
         let train = idle.with_weights(without(idle, |i| self.split.test[i]));
@@ -96,7 +96,7 @@ impl Diagnosis<'_> {
         let effects = &found.model.effects;
         let is_sure = |e: &usize| {
             let name = effects[*e].effect.name;
-            if has_losses(effects[*e].effect) {
+            if effects[*e].effect.has_losses() {
                 return false;
             }
             if is_unnamed(effects[*e].effect) {
@@ -112,12 +112,6 @@ impl Diagnosis<'_> {
         let sure = (0..effects.len()).filter(is_sure).filter_map(|e| with_evidence(&effects[e])).collect();
         Some((sure, search.tried))
     }
-}
-
-/// Does the reading exceed the load with this effect? Then it acts without a cut as well.
-pub(in crate::learn) fn has_losses(effect: &Effect) -> bool {
-    let start: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.starts[0]).collect();
-    (effect.change)(&start, &State::default()).excess.at_full != 0.0
 }
 
 /// The readings of a log without a cut: weight only where neither the sample nor one beside it has a load, and base coefficients of the

@@ -124,4 +124,24 @@ mod tests {
         assert_eq!(left(1.0), ["hard-zone", "up-down-asymmetry"]);
         assert_eq!(left(9.0), ["up-down-asymmetry"]);
     }
+
+    #[test]
+    fn what_readings_without_a_cut_show_is_settled_but_beside_losses_of_the_drive() {
+        let data = made(|_| 0.0, 1.0, |_| State::default());
+        let (split, options) = (fifths(&data), Options::default());
+        let of = |name: &str| {
+            let effect = named(name).unwrap();
+            let values: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.starts[0]).collect();
+            FittedEffect { effect, free: vec![true; values.len()], values }
+        };
+        let tare = of("tare-speed");
+        let mut diagnosis = begun(&data, &split, &options, 1.0);
+        let is_settled =
+            |of: &Diagnosis, beside: &FittedEffect| of.is_settled(tare.effect, std::slice::from_ref(beside));
+        assert!(!is_settled(&diagnosis, &of("flank-wear")));
+        diagnosis.shown_by_idle.push(tare.clone());
+        assert!(is_settled(&diagnosis, &of("flank-wear")) && !is_settled(&diagnosis, &of("drive-efficiency")));
+        assert_eq!(diagnosis.parameters_of(&tare.held()), tare.free_count());
+        assert_eq!(diagnosis.parameters_of(&of("flank-wear").held()), 0);
+    }
 }
