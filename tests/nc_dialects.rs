@@ -2,6 +2,7 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
+use feedwright::diag::Severity;
 use feedwright::machine::Compensation;
 use feedwright::nc::{self, Dialect, Doubt, Environment, Event, FeedMode, Freeze, MoveKind, PathMode, Toolpath};
 use feedwright::path::Curve;
@@ -737,4 +738,21 @@ fn settings_of_a_firmware_are_no_motions_in_any_dialect() {
         let may_be_one = matches!(dialect, Dialect::Grbl | Dialect::Generic);
         assert_eq!(path.doubts.is_empty(), may_be_one, "{}", dialect.name());
     }
+}
+
+#[test]
+fn a_doubt_that_the_setup_confirms_is_a_note_and_promises_nothing_else() {
+    let program = nc::parse(b"G21 G90\nG0 X0 Y0 Z5\nM77\nG1 X9 F100\nM30\n".to_vec(), Some(Dialect::Fanuc));
+    let said = |confirmed: [Vec<&'static str>; 2]| {
+        let path = nc::interpret(&program, &Environment { confirmed, ..Environment::default() });
+        let doubt = path.diagnostics.iter().find(|d| d.code == "nc::doubt").unwrap();
+        (doubt.severity, doubt.text.rsplit(": ").next().unwrap().to_owned())
+    };
+    let warning = |text: &str| (Severity::Warning, text.to_owned());
+    assert_eq!(said([vec![], vec![]]), warning("no feed is raised from here on"));
+    assert_eq!(said([vec!["probe"], vec!["probe"]]), warning("no feed is raised from here on"));
+    let in_part = "from here on feeds are raised only where the setup confirms it";
+    assert_eq!(said([vec![], vec!["unknown-code"]]), warning(in_part));
+    let note = (Severity::Note, "the setup confirms that nothing changes by it".to_owned());
+    assert_eq!(said([vec!["unknown-code"], vec![]]), note);
 }

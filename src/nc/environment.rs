@@ -30,6 +30,8 @@ pub struct Environment<'a> {
     pub speeds_rps: Vec<(u32, f64)>,
     /// What G41/G42 means; `None`: not said.
     pub compensation: Option<Compensation>,
+    /// Names of the doubts that the setup confirms to be harmless: in the whole program, and in single operations.
+    pub confirmed: [Vec<&'static str>; 2],
     /// Is every block-delete switch on?
     pub block_delete: bool,
     /// The block-delete switches that are on, by the bits of their numbers (1 to 9), where they are not all.
@@ -63,6 +65,7 @@ impl Default for Environment<'_> {
             only_tool: None,
             speeds_rps: Vec::new(),
             compensation: None,
+            confirmed: [Vec::new(), Vec::new()],
             block_delete: false,
             switches_on: 0,
             inch: false,
@@ -90,6 +93,10 @@ impl Environment<'_> {
             speeds_rps: job.machine.unsaid.speeds_rps.clone(),
             inch: job.machine.unsaid.inch.unwrap_or(false),
             compensation: job.machine.compensation,
+            confirmed: [
+                job.confirmed.clone(),
+                job.operations.iter().flat_map(|operation| operation.confirmed.iter().copied()).collect(),
+            ],
             max_repeated_bytes: job.machine.max_repeated_bytes,
             max_depth: job.machine.max_call_depth,
             ..Environment::default()

@@ -375,7 +375,7 @@ impl EventPart {
                 FeedEvent { ratio: 0.0, .. } => "hold",
                 FeedEvent { .. } => "override",
             },
-            covariate: "feed",
+            covariate: if event.elsewhere { "place" } else { "feed" },
             time_s: Some(event.time_s),
             lines: Some(event.lines),
             feed_ratio: Some(event.ratio),
@@ -464,7 +464,9 @@ mod tests {
             unnamed: vec![curve(Some("size")), curve(None)],
             confounded: vec![group],
             condition: f64::NAN,
-            events: vec![FeedEvent { time_s: [1.0, 2.0], lines: [3, 4], ratio: 0.0, elsewhere: false }],
+            events: [false, true]
+                .map(|elsewhere| FeedEvent { time_s: [1.0, 2.0], lines: [3, 4], ratio: 0.0, elsewhere })
+                .to_vec(),
             ..LearnReport::default()
         };
         let text = learn_json(&report);
@@ -534,6 +536,8 @@ mod tests {
             json!({ "name": "b", "value": 0.25, "std_error": null, "unit": "-" })
         );
         assert_eq!([at("/effects/0/form"), at("/effects/2/form"), at("/events/0/kind")], ["law", "curve", "hold"]);
+        let event = |k: usize| ["kind", "covariate"].map(|key| at(&format!("/events/{k}/{key}")));
+        assert_eq!([event(0), event(1)], [["hold", "feed"], ["elsewhere", "place"]]);
         assert_eq!(at("/alignment/stretches/0"), json!({ "time_s": [0.0, 9.0], "uncertainty_s": 0.1 }));
         assert_eq!(at("/unnamed").as_array().unwrap().len(), 1);
     }

@@ -164,6 +164,20 @@ mod tests {
     }
 
     #[test]
+    fn runs_of_less_than_half_of_the_program_are_none() {
+        // Two runs that were broken off, the longer one just above or below half of the program.
+        assert_eq!(used((1..=30).chain(1..=45)).time_s.len(), 75);
+        assert_eq!(used((1..=30).chain(1..=55)).time_s.len(), 55);
+    }
+
+    #[test]
+    fn a_second_run_of_a_few_lines_is_none() {
+        // A tenth of the samples, and a twentieth of the program, are the least.
+        assert_eq!(used((1..=100).chain(1..=20)).warnings.len(), 1);
+        assert_eq!(used((1..=100).chain(1..=8)).warnings.len(), 0);
+    }
+
+    #[test]
     fn of_two_places_between_runs_the_one_with_the_gap_is_taken() {
         // The second run is followed for a while as if it went on with the first.
         let line: Vec<f64> = (1..=50).chain(45..=70).chain(1..=100).map(f64::from).collect();

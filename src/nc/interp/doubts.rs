@@ -28,8 +28,13 @@ impl<F: Family> Interpreter<'_, F> {
         }
         if self.messages.raised[doubt as usize].diagnostic.is_none() {
             self.messages.raised[doubt as usize].diagnostic = Some(self.out.diagnostics.len());
-            let text = format!("{}: no feed is raised from here on", doubt.why());
-            self.say("nc::doubt", Severity::Warning, place, text, doubt.remedy());
+            let [is_confirmed, in_part] = [0, 1].map(|k| self.env.confirmed[k].contains(&doubt.name()));
+            let (severity, consequence, remedy) = match (is_confirmed, in_part) {
+                (true, _) => (Severity::Note, "the setup confirms that nothing changes by it", ""),
+                (_, true) => (Severity::Warning, "from here on feeds are raised only where the setup confirms it", ""),
+                _ => (Severity::Warning, "no feed is raised from here on", doubt.remedy()),
+            };
+            self.say("nc::doubt", severity, place, format!("{}: {consequence}", doubt.why()), remedy);
         }
     }
 
