@@ -362,7 +362,7 @@ fn lathe_codes_are_refused_and_nothing_after_them_changes() {
     for (word, dialect) in [("G7", Dialect::LinuxCnc), ("G8", Dialect::LinuxCnc), ("G7", Dialect::Generic)] {
         let path = read(&format!("G1 X1 F100\n{word}\nX5\nY5\nM2\n"), dialect);
         let said: Vec<_> = path.diagnostics.iter().map(|d| (d.code, d.severity, d.line)).collect();
-        assert_eq!(said, [("nc::lathe", feedwright::diag::Severity::Error, Some(2))]);
+        assert_eq!(said, [("nc::lathe", Severity::Error, Some(2))]);
         let kept: Vec<bool> = path.moves.iter().map(|m| m.freeze.is_some()).collect();
         assert_eq!(kept, [false, true, true]);
     }
