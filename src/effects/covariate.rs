@@ -160,7 +160,7 @@ impl Covariate {
             Covariate::Heading => heading(state),
             Covariate::Slope => state.direction.z,
             Covariate::Curvature => state.curvature_per_mm,
-            Covariate::EdgePosition => state.edge_position_mm,
+            Covariate::EdgePosition => state.along_edge.middle_mm(),
             Covariate::SinceEntry => state.since_entry_mm,
             Covariate::PathSpeed => state.path_speed_mm_s,
             Covariate::PathAcceleration => state.path_acceleration_mm_s2,

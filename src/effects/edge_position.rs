@@ -1,11 +1,8 @@
-//! Distance along the cutting edge. k_?c · (1 + s·z), z the height of the cut above the tip; or a land at the tip that cuts
-//! otherwise than the edge above it (chamfer, corner radius): k_?c and k_?e · (1 + a·p), p the share of the cut below the height of
-//! the land. A layer that begins further up, as on a ball, has no share in it.
+//! Distance along the cutting edge. k_?c · (1 + s·z), z the mean height of the cut above the tip; or a land at the tip that cuts
+//! otherwise than the edge above it (chamfer, corner radius): k_?c and k_?e · (1 + a·p), p the share of the removed section, and of
+//! the contact, below the height of the land. A layer that begins further up, as on a ball, has no share in it.
 
 use super::{Acts, BARE, Change, Covariate, Effect, Need, Parameter, State};
-
-/// Middle of a cut over its depth, up to which it begins at the tip: a half, and what the rounding of a table takes. Judgement.
-const AT_TIP: f64 = 0.51;
 
 /// `edge-position`.
 pub const EFFECT: Effect = Effect {
@@ -53,28 +50,36 @@ pub const EFFECT: Effect = Effect {
 };
 
 fn change(p: &[f64], state: &State) -> Change {
-    let [middle_mm, depth_mm] = [state.edge_position_mm, state.axial_depth_mm];
-    let begins_at_tip = middle_mm <= AT_TIP * depth_mm;
-    let below = if begins_at_tip { (p[2] / depth_mm).min(1.0) } else { 0.0 };
-    let tip = if p[1] == 0.0 { 1.0 } else { 1.0 + p[1] * below };
-    Change { cutting: (1.0 + p[0] * middle_mm).max(0.0) * tip, edge: tip, ..Change::default() }
+    let along = &state.along_edge;
+    let [slope, tip_excess, land_mm] = [p[0], p[1], p[2]];
+    let by_height = if slope == 0.0 { 1.0 } else { (1.0 + slope * along.middle_mm()).max(0.0) };
+    let tip = if tip_excess == 0.0 { [1.0; 2] } else { along.below(land_mm).map(|share| 1.0 + tip_excess * share) };
+    Change { cutting: by_height * tip[0], edge: tip[1], ..Change::default() }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::along_edge::AlongEdge;
     use super::*;
 
     #[test]
     fn a_land_at_the_tip_acts_on_the_share_of_the_cut_below_its_height() {
-        let cutting = |middle_mm: f64, depth_mm: f64| {
-            let state = State { edge_position_mm: middle_mm, axial_depth_mm: depth_mm, ..State::default() };
+        let cutting = |from_mm: f64, to_mm: f64| {
+            let state = State { along_edge: AlongEdge::even([from_mm, to_mm]), ..State::default() };
             change(&[0.0, 0.4, 1.0], &state).cutting
         };
-        // All of a cut 1 mm deep, half of one of 2 mm, also where its middle is rounded; nothing of a layer that begins further up.
+        // All of a cut 1 mm deep, half of one of 2 mm; a tenth of a layer that begins just below the land; nothing of one that begins further up.
         for (at, factor) in
-            [([0.5, 1.0], 1.4), ([1.0, 2.0], 1.2), ([1.019, 2.0], 1.2), ([1.021, 2.0], 1.0), ([2.5, 1.0], 1.0)]
+            [([0.0, 1.0], 1.4), ([0.0, 2.0], 1.2), ([0.9, 1.9], 1.04), ([1.0, 3.0], 1.0), ([2.0, 3.0], 1.0)]
         {
             assert!((cutting(at[0], at[1]) - factor).abs() < 1e-12, "{at:?}");
         }
+    }
+
+    #[test]
+    fn a_slope_acts_at_the_middle_of_what_is_cut() {
+        let state = State { along_edge: AlongEdge::even([2.0, 4.0]), ..State::default() };
+        assert!((change(&[0.1, 0.0, 0.02], &state).cutting - 1.3).abs() < 1e-12);
+        assert_eq!(change(&[0.1, 0.0, 0.02], &state).edge, 1.0);
     }
 }

@@ -8,6 +8,7 @@
 //!
 //! A new effect is a file here, its `mod`, and its line in [`ALL`]; no other room knows it by name.
 
+mod along_edge;
 mod axis_power;
 mod change;
 mod corner_feed;
@@ -34,6 +35,7 @@ pub mod unnamed;
 mod up_down;
 pub mod wear;
 
+pub use along_edge::{AlongEdge, EdgePiece};
 pub use change::{Change, Excess};
 pub use covariate::Covariate;
 use effect::BARE;

@@ -1,6 +1,7 @@
 //! The state of a cut: everything that an effect may depend on. In: filled by `learn/dataset/covariates.rs` for samples of a log and by
 //! `schedule/history.rs` for stations of a program. Out: read by [`super::Effect::change`] and by [`super::Covariate::of`].
 
+use super::along_edge::AlongEdge;
 use crate::machine::wear::Lengths;
 use crate::path::Vec3;
 
@@ -58,8 +59,8 @@ pub struct State {
     pub direction: Vec3,
     /// Signed curvature of the tool-centre path, 1/mm: positive concave.
     pub curvature_per_mm: f64,
-    /// Height of the cut along the cutting edge, mm above the tip.
-    pub edge_position_mm: f64,
+    /// How the cut is spread along the cutting edge.
+    pub along_edge: AlongEdge,
     /// Path since the tool met material, mm.
     pub since_entry_mm: f64,
     /// Declared tare at this spindle speed over that at the reference speed.
@@ -118,7 +119,7 @@ impl Default for State {
             position: Vec3::repeat(nan),
             direction: Vec3::repeat(nan),
             curvature_per_mm: nan,
-            edge_position_mm: nan,
+            along_edge: AlongEdge::default(),
             since_entry_mm: nan,
             tare_share: nan,
             path_speed_mm_s: nan,

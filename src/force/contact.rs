@@ -3,8 +3,8 @@
 //! effects need to know of a cut. The arcs of a station are the union of all places along it; they are scaled to
 //! its mean section.
 
-use crate::effects::{SECTORS, Sector};
-use crate::engage::{EngagementMap, Station};
+use crate::effects::{AlongEdge, EdgePiece, SECTORS, Sector};
+use crate::engage::{EngagedArc, EngagementMap, Station};
 use crate::machine::Slice;
 use crate::path::Vec3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -33,6 +33,8 @@ pub struct Engaged {
     pub sectors: [[f64; 4]; SECTORS],
     /// Height engaged, mm.
     pub axial_mm: f64,
+    /// How it is spread along the cutting edge.
+    pub along_edge: AlongEdge,
     /// Derivative of the peak force in the plane at the predicted speed by k_tc, k_rc, k_te, k_re.
     pub peak: [f64; 4],
 }
@@ -59,16 +61,13 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
     let (mut contact, mut section, mut up, mut way, mut height) = (0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut angle, mut last_slice) = (0.0, None);
     let (mut up_chip, mut middle, mut sectors) = (0.0, [0.0; 2], [[0.0; 4]; SECTORS]);
-    let across = (1.0 - tangent_z * tangent_z).max(0.0).sqrt();
     for arc in map.arcs_of(station) {
         let slice = &slices[arc.slice as usize];
         let (entry, exit) = (f64::from(arc.entry_rad), f64::from(arc.exit_rad));
-        let swept = slice.radius_mm * (exit - entry) * slice.edge_mm;
+        let [cut, swept] = section_and_contact(arc, slice, tangent_z);
         let in_up = (exit.min(FRAC_PI_2) - entry.min(FRAC_PI_2)).max(0.0) / (exit - entry).max(1e-9);
         contact += swept;
-        let (swing, lift) = (across * slice.normal_r.max(0.0), tangent_z * slice.normal_z);
-        let chip = swing * (entry.cos() - exit.cos()) + lift * (exit - entry);
-        section += (slice.radius_mm * slice.edge_mm * chip).max(0.0);
+        section += cut;
         up += swept * (2.0 * in_up - 1.0);
         let turn = |from: f64, to: f64| slice.radius_mm * slice.edge_mm * (from.cos() - to.cos());
         up_chip += turn(entry.min(FRAC_PI_2), exit.min(FRAC_PI_2)) - turn(entry.max(FRAC_PI_2), exit.max(FRAC_PI_2));
@@ -104,6 +103,24 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
         contact_mm: middle.map(|m| m / contact.max(1e-12)),
         sectors,
         axial_mm: f64::from(station.axial_depth_mm),
+        along_edge: AlongEdge::of(
+            map.arcs_of(station).iter().map(|arc| edge_piece(arc, &slices[arc.slice as usize], tangent_z)),
+        ),
         peak: [0.0; 4],
     }
+}
+
+/// Section removed per mm of path and area swept by one edge in a revolution, mm².
+fn section_and_contact(arc: &EngagedArc, slice: &Slice, tangent_z: f64) -> [f64; 2] {
+    let (entry, exit) = (f64::from(arc.entry_rad), f64::from(arc.exit_rad));
+    let across = (1.0 - tangent_z * tangent_z).max(0.0).sqrt();
+    let (swing, lift) = (across * slice.normal_r.max(0.0), tangent_z * slice.normal_z);
+    let chip = swing * (entry.cos() - exit.cos()) + lift * (exit - entry);
+    [(slice.radius_mm * slice.edge_mm * chip).max(0.0), slice.radius_mm * (exit - entry) * slice.edge_mm]
+}
+
+fn edge_piece(arc: &EngagedArc, slice: &Slice, tangent_z: f64) -> EdgePiece {
+    let half = 0.5 * slice.dz_mm().abs();
+    let from_to_mm = [slice.z_mm - half, slice.z_mm + half];
+    EdgePiece { from_to_mm, section_and_contact_mm2: section_and_contact(arc, slice, tangent_z) }
 }

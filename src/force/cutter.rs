@@ -20,7 +20,7 @@ use super::summary::{Layer, Summary};
 use super::surface::{self, Moment, WallPoint};
 use super::sweep::{on_wall, sweep};
 use super::zone::{Piece, Zone, clip, floor};
-use crate::effects::State;
+use crate::effects::{AlongEdge, EdgePiece, State};
 use crate::engage::EngagedArc;
 use crate::machine::material::{Material, Process};
 use crate::machine::{LimitKind, Segment, Slice, Spindle, Tool};
@@ -121,7 +121,7 @@ impl Cutter {
             excess: self.effects.excess(),
         };
         LoadLine {
-            modifiers: self.effects.at(&self.state(cut, &mean), mean.chip_mm()),
+            modifiers: self.effects.at(&self.state(cut, &mean, &pieces, direction), mean.chip_mm()),
             removal_area_mm2: mean.removal_mm2,
             contact_mm2_per_rev: mean.contact_mm2 * self.rings.flutes(),
             engine: match &self.kind {
@@ -217,9 +217,10 @@ impl Cutter {
     }
 
     /// The state on which effects depend, filled in for this station.
-    fn state(&self, cut: &Cut, mean: &Means) -> State {
+    fn state(&self, cut: &Cut, mean: &Means, pieces: &[Piece], direction: [f64; 2]) -> State {
         let given = &cut.state;
         let known = |given: f64, own: f64| if given.is_finite() { given } else { own };
+        let is_given = given.along_edge.is_known() || self.effects.is_empty();
         State {
             rps: self.rps,
             cutting_speed_mm_s: TAU * self.radius_mm * self.rps,
@@ -227,9 +228,21 @@ impl Cutter {
             radial_depth_mm: known(given.radial_depth_mm, mean.radial_depth_mm),
             immersion_rad: known(given.immersion_rad, mean.immersion_rad),
             up_share: known(given.up_share, mean.up_share),
-            edge_position_mm: known(given.edge_position_mm, mean.height_mm),
+            along_edge: if is_given { given.along_edge } else { self.along_edge(pieces, direction) },
             ..*given
         }
+    }
+
+    fn along_edge(&self, pieces: &[Piece], [c, tz]: [f64; 2]) -> AlongEdge {
+        AlongEdge::of(pieces.iter().map(|piece| {
+            let (ring, length_rad) = (&self.rings.list[piece.slice], piece.angle[1] - piece.angle[0]);
+            let (half_mm, area_mm2) = (0.5 * (ring.edge_mm * ring.n_r).abs(), ring.edge_mm * ring.radius_mm);
+            let chip = c * ring.n_r * (piece.cos[0] - piece.cos[1]) + tz * ring.n_z * length_rad;
+            EdgePiece {
+                from_to_mm: [ring.height_mm - half_mm, ring.height_mm + half_mm],
+                section_and_contact_mm2: [area_mm2 * chip.max(0.0), area_mm2 * length_rad],
+            }
+        }))
     }
 
     fn pieces(&self, arcs: &[EngagedArc], direction: [f64; 2]) -> Vec<Piece> {

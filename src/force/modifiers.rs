@@ -74,6 +74,11 @@ impl Effects {
         Ok((Self(effects), wearing))
     }
 
+    /// Whether there are none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// What the meter showed beyond the load.
     pub(super) fn excess(&self) -> Excess {
         let of = |(effect, values): &(&'static Effect, Vec<f64>)| (effect.change)(values, &State::default()).excess;

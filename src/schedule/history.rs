@@ -159,7 +159,7 @@ impl History {
             sectors: engaged.sectors_at(1.0, at),
             direction,
             curvature_per_mm: motion.curve().curvature(middle_mm).norm(),
-            edge_position_mm: 0.5 * engaged.axial_mm,
+            along_edge: engaged.along_edge,
             since_entry_mm: past.since_entry_mm,
             tool: f64::from(motion.tool),
             ..State::default()

@@ -87,7 +87,7 @@ impl PlacedLog<'_> {
         state.position = at(e.contact_mm[0], e.contact_mm[1]);
         state.direction = spot.direction;
         state.curvature_per_mm = spot.curvature_per_mm;
-        state.edge_position_mm = 0.5 * e.axial_mm;
+        state.along_edge = e.along_edge;
         state.since_entry_mm = history.since_entry_mm + share * spot.length_mm;
         state
     }

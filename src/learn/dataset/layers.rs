@@ -2,6 +2,7 @@
 //! layers, as given or as differences of cuts of increasing depth; [`Data`] with the terms of Nishida, Eq. 1, F/Δz = C₀
 //! + C₁L + C₂t_m + C₃L t_m, with length of contact L, mm, and largest chip thickness t_m, µm.
 
+use crate::effects::AlongEdge;
 use crate::force::closed::{SteadyCut, ball_layer};
 use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
 use crate::learn::dataset::steady_table::{SteadyRow, states};
@@ -62,7 +63,8 @@ pub fn data(frame: &Frame, table: &[SteadyRow]) -> Result<Data, DataError> {
     let mut state = states(&rows, &(0..n).collect::<Vec<_>>());
     for ((state, layer), terms) in state.iter_mut().zip(&layers).zip(&terms) {
         state.cutting_speed_mm_s = TAU * layer.radius_mm() * layer.row.cut.rps;
-        state.edge_position_mm = layer.middle_mm;
+        let half_mm = 0.5 * layer.thickness_mm;
+        state.along_edge = AlongEdge::even([layer.middle_mm - half_mm, layer.middle_mm + half_mm]);
         state.chip_thickness_mm = terms[2] / 1e3;
     }
     Ok(Data {

@@ -1,7 +1,7 @@
 //! Tables of steady cuts. In: rows of a CSV file, tools. Out: [`SteadyRow`]s with removal and contact rate, from the
 //! depths in closed form ([`crate::force::closed`]) or as given by the table.
 
-use crate::effects::State;
+use crate::effects::{AlongEdge, State};
 use crate::force::closed::{Rates, SteadyCut, immersion_rad, rates};
 use crate::learn::dataset::samples::{Base, Class, UNBOUNDED};
 use crate::learn::log::columns::{DataError, Frame};
@@ -294,7 +294,7 @@ pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<Stat
             up_share: up_share(row, theta),
             up_share_chip: up_share_chip(row, theta),
             curvature_per_mm: c.path_radius_mm.map_or(0.0, |radius| 1.0 / radius),
-            edge_position_mm: row.layer_height_mm.unwrap_or(0.5 * c.axial_depth_mm),
+            along_edge: along_edge(row),
             ..State::default()
         };
         clock += lasts;
@@ -302,6 +302,12 @@ pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<Stat
         *past = (slid.and(&Lengths::slid(way_mm, feed_per_tooth_mm)), volume + r.removal_rate_mm3_s * lasts);
     }
     states
+}
+
+/// A layer around its height, or a cut from the tip to its depth.
+fn along_edge(row: &SteadyRow) -> AlongEdge {
+    let from_mm = row.layer_height_mm.map_or(0.0, |middle_mm| middle_mm - 0.5 * row.cut.axial_depth_mm);
+    AlongEdge::even([from_mm, from_mm + row.cut.axial_depth_mm])
 }
 
 /// Share of the engaged arc in the up half minus that in the climb half; a cut beyond half the diameter has both.
