@@ -4,10 +4,11 @@
 //! Operations differ in tool, coolant or clamping, and so do set-ups of a table. An effect that begins between two of
 //! them may be such a difference. The same holds if it explains nearly as much when its instant is moved there. In a
 //! log this is reported with the effect instead of rejecting it, because the higher load of a broken edge is the safe
-//! assumption.
+//! assumption. The readings between the two instants may speak against it: where the model that begins at the border fits them worse than
+//! it fits any other stretch of the log as long, the effect began where it was found.
 
 use crate::effects::{Covariate, Place};
-use crate::learn::diagnose::criteria::PLACED_BY;
+use crate::learn::diagnose::criteria::{PLACED_BY, tells_a_rank};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::evidence::Present;
 use crate::learn::diagnose::forms::FORM_ROUNDS;
@@ -92,16 +93,31 @@ impl Diagnosis<'_> {
     /// Does an effect explain nearly as much if it begins at one of these instants, s?
     fn may_begin_at(&self, instants_s: &[f64], found: &Fitted, e: usize, before: &[f64]) -> bool {
         let Some((instant, at_s)) = instant(found, e) else { return false };
-        let drop = |from_s: f64| {
+        let left = |from_s: f64| {
             let mut effects = found.model.effects.clone();
             effects[e].values[instant] = from_s;
             let fitted = fit(&self.train, &effects, FORM_ROUNDS)?;
-            Some(self.drop_of(before, &held_out_residuals(&self.train, &fitted.model.effects, self.split)))
+            Some(held_out_residuals(&self.train, &fitted.model.effects, self.split))
         };
-        let Some(there) = (!instants_s.is_empty()).then(|| drop(at_s)).flatten() else { return false };
-        let is_as_good =
-            |border_s: &f64| drop(*border_s).is_some_and(|drop| self.criteria().takes_as_much(drop / there.max(1e-12)));
-        instants_s.iter().any(is_as_good)
+        let Some(there) = (!instants_s.is_empty()).then(|| left(at_s)).flatten() else { return false };
+        let there = self.drop_of(before, &there).max(1e-12);
+        let cutting = self.cutting_in_time(found);
+        let is_as_good = |border_s: &f64, left: &[f64]| {
+            let between_s = [at_s.min(*border_s), at_s.max(*border_s)];
+            self.criteria().takes_as_much(self.drop_of(before, left) / there)
+                && !self.is_worst_between(&cutting, between_s, left)
+        };
+        instants_s.iter().any(|border_s| left(*border_s).is_some_and(|left| is_as_good(border_s, &left)))
+    }
+
+    /// Is the mean residual `left` of the readings between two instants larger than that of every other stretch of as many readings? Samples in
+    /// which the tool cuts, in the order of time. No where a log has too few such stretches to tell.
+    fn is_worst_between(&self, cutting: &[usize], [from_s, to_s]: [f64; 2], left: &[f64]) -> bool {
+        let is_between = |i: &usize| (from_s..to_s).contains(&self.data.state[*i].time_s);
+        let (between, others): (Vec<usize>, Vec<usize>) = cutting.iter().copied().partition(is_between);
+        let off = |members: &[usize]| members.iter().map(|i| self.data.weight[*i].sqrt() * left[*i]).sum::<f64>().abs();
+        let mut stretches = others.chunks_exact(between.len().max(1));
+        tells_a_rank(stretches.len()) && stretches.all(|stretch| off(stretch) < off(&between))
     }
 
     /// Samples in which the tool cuts.
@@ -178,13 +194,21 @@ mod tests {
 
     /// What a chipped edge half way through a log is confounded with if its blocks are cut at these heights.
     fn doubts(height_mm: impl Fn(usize) -> f64) -> Vec<String> {
+        doubts_of(0.4, height_mm, None)
+    }
+
+    /// The same for the rise of the load, and for a second operation that begins at a sample.
+    fn doubts_of(rise: f64, height_mm: impl Fn(usize) -> f64, second_from: Option<usize>) -> Vec<String> {
         let half = BLOCKS / 2 * EACH;
         let state = |i: usize| State {
             time_s: i as f64,
             position: Vec3::new((i * 31 % EACH) as f64, 0.0, height_mm(i / EACH)),
             ..State::default()
         };
-        let data = made(|i| if i >= half { 0.4 } else { 0.0 }, 1.0, state);
+        let mut data = made(|i| if i >= half { rise } else { 0.0 }, 1.0, state);
+        if let Some(from) = second_from {
+            data.kind = (0..data.len()).map(|i| usize::from(i >= from)).collect();
+        }
         let (split, chipping) = (fifths(&data), named("edge-chipping").unwrap());
         let options = Options { candidates: vec![chipping], ..Options::default() };
         let mut diagnosis = begun(&data, &split, &options, 1.0);
@@ -194,6 +218,17 @@ mod tests {
             diagnosis.trials(&base, false).into_iter().find(|trial| trial.effect.name == chipping.name).unwrap();
         let doubt = diagnosis.accident_or_difference(&present, &trial);
         doubt.map_or_else(Vec::new, |doubt| doubt.names[1..].to_vec())
+    }
+
+    /// A jump of four and a half scatters, half a block before an operation ends: nothing else in the log fits as badly as that half block. One
+    /// three samples before it is as good a difference between the operations.
+    #[test]
+    fn an_edge_that_clearly_chips_before_an_operation_ends_is_no_difference_between_operations() {
+        let (half, level) = (BLOCKS / 2 * EACH, |_| -2.0);
+        let difference = ["a difference between operations"];
+        assert!(doubts_of(0.02, level, Some(half + EACH / 2)).is_empty());
+        assert_eq!(doubts_of(0.006, level, Some(half + 3)), difference);
+        assert_eq!(doubts_of(0.02, level, Some(half)), difference);
     }
 
     #[test]

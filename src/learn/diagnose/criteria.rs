@@ -144,6 +144,9 @@ const CEILING_SLOPE: f64 = 0.3;
 /// Fewest samples from which an instant or a region is located. Judgement.
 pub(in crate::learn) const PLACED_BY: usize = 40;
 
+/// Fewest others among which a first place comes by chance no more often than in 5 %.
+const FEWEST_IN_A_RANK: usize = 19;
+
 impl Criteria {
     /// Least score of an effect: its gain must exceed the charge for its parameters by so much.
     pub(in crate::learn) fn least_score(&self, is_log: bool) -> f64 {
@@ -459,6 +462,11 @@ pub(in crate::learn) fn is_negative(value: f64, std_error: f64) -> bool {
     value < -NEGATIVE * std_error
 }
 
+/// Is the first place among itself and so many others no chance? One in 20 is the usual 5 %.
+pub(in crate::learn) fn tells_a_rank(others: usize) -> bool {
+    others >= FEWEST_IN_A_RANK
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -581,3 +589,4 @@ mod tests {
         assert!(is_negative(-2.1, 1.0) && !is_negative(-1.9, 1.0));
     }
 }
+        assert!(tells_a_rank(19) && !tells_a_rank(18));
