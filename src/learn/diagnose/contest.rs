@@ -42,6 +42,14 @@ struct Contest<'a> {
 }
 
 impl Rival {
+    /// The part of the reading that it changes.
+    fn multiplies(&self) -> Multiplies {
+        match self {
+            Self::Named(trial) => trial.effect.multiplies,
+            Self::Curve(found) => found.effect.multiplies,
+        }
+    }
+
     fn in_words(&self) -> String {
         match self {
             Self::Named(trial) => trial.effect.name.to_owned(),
@@ -101,13 +109,21 @@ impl Diagnosis<'_> {
             let as_likely = matches!(rival, Rival::Named(trial) if are_looked_for(trial) && is_as_likely(trial));
             as_likely || self.criteria().leaves_as_much(drop(left) / drop(&contest.shaped).max(1e-12), worse)
         };
+        // Where nothing is cut, a change of the load shows nothing and one of the tare or of the whole reading shows all of itself.
+        let acts_without_a_cut =
+            |rival: &Rival| own.multiplies != Multiplies::Load || rival.multiplies() != Multiplies::Load;
+        let is_refuted = |rival: &Rival, left: &[f64]| {
+            acts_without_a_cut(rival)
+                && self.criteria().is_surely_worse(self.worse_without_a_cut(left, &contest.shaped))
+        };
         // Time tells any cut from the next, so that it explains whatever differs between them: no doubt about a cause in the process.
         let is_late = own.covariates.iter().all(|covariate| only_grows(*covariate));
         let is_time = |rival: &Rival| matches!(rival, Rival::Curve(found) if only_grows(found.covariate));
         let rivals = contest.rivals.iter().filter(|(rival, _)| is_late || !is_time(rival));
-        let as_good = rivals.filter(|(rival, left)| as_good(rival, left)).map(|(rival, _)| rival);
+        let as_good = rivals.filter(|(rival, left)| as_good(rival, left) && !is_refuted(rival, left));
         // Named rivals first: each names the experiment that separates it.
-        let (named, curves): (Vec<&Rival>, Vec<&Rival>) = as_good.partition(|rival| matches!(rival, Rival::Named(_)));
+        let (named, curves): (Vec<&Rival>, Vec<&Rival>) =
+            as_good.map(|(rival, _)| rival).partition(|rival| matches!(rival, Rival::Named(_)));
         let rivals: Vec<&Rival> = named.into_iter().chain(curves).take(SAID).collect();
         let apart = rivals.iter().filter_map(|rival| match rival {
             Rival::Named(trial) => Some(trial.effect.separated_by),

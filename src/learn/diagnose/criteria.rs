@@ -62,8 +62,8 @@ thresholds! {
     /// Standard errors over the blocks by which an effect must lower the held-out error: the usual one-standard-error
     /// rule (Breiman and others 1984).
     least_t = 1.0;
-    /// Standard errors by which an effect added to others must lower the held-out error: one-sided 5 % of the normal
-    /// distribution. More than `least_t`, because the search has already chosen the best of many.
+    /// Standard errors by which an effect added to others must lower the held-out error, and by which a rival must raise it where nothing is
+    /// cut to be none: one-sided 5 % of the normal distribution. More than `least_t`, because the search has already chosen the best of many.
     least_t_beside = 1.645;
     /// Least product of the relative drop of the held-out error and its certainty in standard errors for an effect of the
     /// list: a fifth with 1.5 standard errors, a tenth with three. The smaller the drop, the more of the many effects
@@ -178,6 +178,11 @@ impl Criteria {
     /// standard errors the best is lower.
     pub(in crate::learn) fn leaves_as_much(&self, share: f64, t: f64) -> bool {
         share >= self.as_good && t < self.as_good_t
+    }
+
+    /// Is a held-out error on part of the data larger beyond doubt? `t`: by how many standard errors.
+    pub(in crate::learn) fn is_surely_worse(&self, t: f64) -> bool {
+        t >= self.least_t_beside
     }
 
     /// Does one lower the held-out error nearly as much as another? `share`: its drop over the other's.
@@ -457,14 +462,14 @@ pub(in crate::learn) fn is_less_than_whole(share: f64, std_error: f64) -> bool {
     share + SHORT_OF_WHOLE * std_error < 1.0
 }
 
-/// Is a coefficient negative by more than its uncertainty?
-pub(in crate::learn) fn is_negative(value: f64, std_error: f64) -> bool {
-    value < -NEGATIVE * std_error
-}
-
 /// Is the first place among itself and so many others no chance? One in 20 is the usual 5 %.
 pub(in crate::learn) fn tells_a_rank(others: usize) -> bool {
     others >= FEWEST_IN_A_RANK
+}
+
+/// Is a coefficient negative by more than its uncertainty?
+pub(in crate::learn) fn is_negative(value: f64, std_error: f64) -> bool {
+    value < -NEGATIVE * std_error
 }
 
 #[cfg(test)]
@@ -483,6 +488,7 @@ mod tests {
         );
         assert!(!c.lowers_clearly(0.5, 0.9, 999.0));
         assert!(c.leaves_as_much(0.86, 0.9) && !c.leaves_as_much(0.84, 0.0) && !c.leaves_as_much(1.0, 1.1));
+        assert!(c.is_surely_worse(1.7) && !c.is_surely_worse(1.6));
         assert!(c.takes_as_much(0.86) && !c.takes_as_much(0.84));
         assert!(c.follows_a_curve(0.011, 2.1) && !c.follows_a_curve(0.009, 9.0) && !c.follows_a_curve(0.5, 1.9));
         assert!(c.pair_explains(0.71, 1.1) && !c.pair_explains(0.69, 9.0) && !c.pair_explains(0.9, 0.9));
@@ -585,8 +591,8 @@ mod tests {
         assert!(is_no_worse(1.0, 1.0009) && !is_no_worse(1.0, 1.002));
         assert!(is_lower(1.0, 0.979) && !is_lower(1.0, 0.981));
         assert!(is_less_than_whole(0.5, 0.24) && !is_less_than_whole(0.5, 0.26) && !is_less_than_whole(f64::NAN, 0.0));
+        assert!(tells_a_rank(19) && !tells_a_rank(18));
         assert!(tells_apart(9e5) && !tells_apart(1.1e6));
         assert!(is_negative(-2.1, 1.0) && !is_negative(-1.9, 1.0));
     }
 }
-        assert!(tells_a_rank(19) && !tells_a_rank(18));

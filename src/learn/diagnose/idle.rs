@@ -16,7 +16,7 @@ use crate::learn::diagnose::free_curve::along_all;
 use crate::learn::diagnose::residual::{noise_floor, noise_with_memory};
 use crate::learn::diagnose::trial_cache::TrialCache;
 use crate::learn::diagnose::unnamed::is_unnamed;
-use crate::learn::model::cross_validation::{held_out_residuals, without};
+use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, t_statistic, without};
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 
@@ -61,6 +61,13 @@ impl Diagnosis<'_> {
         };
         let effects: Vec<FittedEffect> = found.model.effects.iter().map(free).collect();
         fit(&self.train, &effects, FORM_ROUNDS).unwrap_or(found)
+    }
+
+    /// By how many standard errors `left` is worse than `other` where nothing is cut; 0 in a table and without such readings.
+    pub(in crate::learn) fn worse_without_a_cut(&self, left: &[f64], other: &[f64]) -> f64 {
+        let Some(idle) = idle_readings(self.data) else { return 0.0 };
+        let known = idle.with_weights(without(&idle, |i| self.split.test[i]));
+        t_statistic(&improvement_by_case(&known, left, other))
     }
 
     /// The effects that the readings without a cut show and for which they have no rival; and the number of models fitted.
@@ -215,6 +222,24 @@ mod tests {
         // Losses do not fall as the load rises.
         let log = log_with_declared(declared, |is_fast| declared(is_fast) * if is_fast { 1.0 } else { 1.2 });
         assert_eq!(found(&log)[0].model.effects.len(), 1);
+    }
+
+    #[test]
+    fn a_rival_is_worse_without_a_cut_only_by_what_it_says_of_those_readings() {
+        let data = log(|_| 1.0);
+        let (split, options) = (fifths(&data), Options::default());
+        let diagnosis = begun(&data, &split, &options, 1.0);
+        let is_cut = |i: usize| i % EACH >= IDLE;
+        let noise = |i: usize| ((i * 7919) % 101) as f64 / 50.0 - 1.0;
+        let left = |of_cut: f64, of_idle: f64| -> Vec<f64> {
+            (0..data.len()).map(|i| noise(i) + if is_cut(i) { of_cut } else { of_idle }).collect()
+        };
+        assert!(diagnosis.worse_without_a_cut(&left(0.0, 3.0), &left(0.0, 0.0)) > 5.0);
+        assert_eq!(diagnosis.worse_without_a_cut(&left(3.0, 0.0), &left(0.0, 0.0)), 0.0);
+        assert!(diagnosis.worse_without_a_cut(&left(0.0, 0.0), &left(0.0, 3.0)) < -5.0);
+        // In a table nothing tells which readings lie beside a cut.
+        let table = Data { run: (0..data.len()).collect(), ..data.clone() };
+        assert_eq!(begun(&table, &split, &options, 1.0).worse_without_a_cut(&left(0.0, 3.0), &left(0.0, 0.0)), 0.0);
     }
 
     #[test]
