@@ -1,7 +1,6 @@
 //! Names that a report asserts alone no more. In: a report. Out: the same with more groups of causes that it cannot part.
 
 use crate::effects::{ALL, named};
-use crate::learn::diagnose::criteria::is_no_worse;
 use crate::learn::report::{Confounded, LearnReport};
 
 /// If a curve over another covariate explains as much, the effect that a curve was named after is reported as one of
@@ -37,12 +36,11 @@ fn is_stepped(knots: &[[f64; 2]]) -> bool {
 }
 
 /// An effect that the data kept for the judgement refute is not asserted alone: it is reported as one of several possible
-/// causes. `refuted`: those effects; all of them if the model with all effects has a larger error than the base model.
-pub(in crate::learn) fn doubt_what_does_not_help(report: &mut LearnReport, refuted: &[&str]) {
-    let is_worse = !is_no_worse(report.base_test.rmse, report.final_test.rmse);
-    let in_doubt = |name: &&str| report.one_of(name).is_none() && (is_worse || refuted.contains(name));
+/// causes. `all`: whether they refute all effects together; `refuted`: effects that they refute beside the others.
+pub(in crate::learn) fn doubt_what_does_not_help(report: &mut LearnReport, all: bool, refuted: &[&str]) {
+    let in_doubt = |name: &&str| report.one_of(name).is_none() && (all || refuted.contains(name));
     let in_doubt: Vec<String> = report.names().into_iter().filter(in_doubt).map(str::to_owned).collect();
-    let why = if is_worse { "the error rose" } else { "the error is no lower with it" };
+    let why = if all { "the error rose" } else { "the error is no lower with it" };
     report.confounded.extend(in_doubt.into_iter().map(|name| Confounded {
         experiment: named(&name).map_or_else(String::new, |effect| effect.separated_by.to_owned()),
         names: vec![name, "a cause that the data kept for the judgement do not share".to_owned()],
@@ -53,18 +51,16 @@ pub(in crate::learn) fn doubt_what_does_not_help(report: &mut LearnReport, refut
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::learn::report::{Added, Errors, Unnamed};
+    use crate::learn::report::{Added, Unnamed};
 
-    /// A report with these errors on the data kept for the judgement, one effect, and a curve named after an effect,
-    /// with rivals.
-    fn report(before: f64, after: f64, rivals: &[&str]) -> LearnReport {
-        let errors = |rmse: f64| Errors { rmse, ..Errors::default() };
+    /// A report with one effect, and a curve named after an effect, with rivals.
+    fn report(rivals: &[&str]) -> LearnReport {
         let added = |name: &str| Added {
             name: name.into(),
             parameters: Vec::new(),
             p_value: 0.0,
-            test_rmse_before: before,
-            test_rmse_after: after,
+            test_rmse_before: 10.0,
+            test_rmse_after: 9.0,
             evidence: String::new(),
         };
         let curve = Unnamed {
@@ -78,30 +74,24 @@ mod tests {
             family: Some("size-effect".into()),
             sentence: String::new(),
         };
-        LearnReport {
-            base_test: errors(before),
-            final_test: errors(after),
-            effects: vec![added("tool-diameter")],
-            unnamed: vec![curve],
-            ..LearnReport::default()
-        }
+        LearnReport { effects: vec![added("tool-diameter")], unnamed: vec![curve], ..LearnReport::default() }
     }
 
     #[test]
-    fn what_raises_the_error_on_the_data_kept_is_asserted_alone_no_more() {
-        let in_doubt = |after: f64, refuted: &[&str]| {
-            let mut report = report(10.0, after, &[]);
-            doubt_what_does_not_help(&mut report, refuted);
+    fn what_the_data_kept_refute_is_asserted_alone_no_more() {
+        let in_doubt = |all: bool, refuted: &[&str]| {
+            let mut report = report(&[]);
+            doubt_what_does_not_help(&mut report, all, refuted);
             ["tool-diameter", "size-effect"].map(|name| report.one_of(name).is_some())
         };
-        assert_eq!([in_doubt(9.0, &[]), in_doubt(10.1, &[])], [[false; 2], [true; 2]]);
-        assert_eq!(in_doubt(9.0, &["tool-diameter"]), [true, false]);
+        assert_eq!([in_doubt(false, &[]), in_doubt(true, &[])], [[false; 2], [true; 2]]);
+        assert_eq!(in_doubt(false, &["tool-diameter"]), [true, false]);
     }
 
     #[test]
     fn wear_that_comes_at_once_may_be_an_edge_that_broke_out() {
         let doubted = |family: &str, knots: &[[f64; 2]]| {
-            let mut report = report(10.0, 9.0, &[]);
+            let mut report = report(&[]);
             (report.unnamed[0].family, report.unnamed[0].knots) = (Some(family.into()), knots.to_vec());
             doubt_families_with_rivals(&mut report);
             report.one_of(family).map(|group| group.names.clone())
@@ -115,7 +105,7 @@ mod tests {
     #[test]
     fn a_family_is_one_of_several_where_its_curve_follows_something_else_as_well() {
         let said = |rivals: &[&str]| {
-            let mut report = report(10.0, 9.0, rivals);
+            let mut report = report(rivals);
             doubt_families_with_rivals(&mut report);
             report.one_of("size-effect").map(|group| group.names.clone())
         };

@@ -147,7 +147,7 @@ fn diagnose_all(data: &Data, split: &Split, options: &Options) -> Option<(LearnR
     confounded.retain(|c| fitted.model.effects.iter().any(|u| u.effect.name == c.names[0]));
     report.confounded = confounded;
     doubt_families_with_rivals(&mut report);
-    doubt_what_does_not_help(&mut report, &last.refuted(&fitted));
+    doubt_what_does_not_help(&mut report, last.are_refuted_together(&fitted), &last.refuted(&fitted));
     report.unexplained = unexplained(&reduced, &fitted, &report, options.seed);
     report.verdict = verdict(&report);
     Some((report, fitted.model.effects))
