@@ -188,6 +188,20 @@ fn feeds_in_their_other_spellings() {
     assert_eq!(path.diagnostics.iter().map(|d| d.line).collect::<Vec<_>>(), [Some(6)], "{:?}", path.diagnostics);
 }
 
+/// In a program in inches F is in tenths of an inch per minute, in every block that has one: F100 is 254 mm/min.
+#[test]
+fn feeds_in_inches_are_tenths_of_an_inch_per_minute() {
+    let lines = "TOOL CALL 1 Z S3000 F200\nL X+1 R0 F100\nL X+2 FAUTO\nRND R0.1 F50\nL Y+2 F100\nL Y+3";
+    let text = program(lines).replace("PGM T MM", "PGM T INCH");
+    let path = nc::interpret(&nc::parse(text.into_bytes(), Some(Dialect::Heidenhain)), &Environment::default());
+    let feeds: Vec<f64> = path.moves.iter().map(|m| (m.feed.mm_s * 600.0).round() / 10.0).collect();
+    assert_eq!(feeds, [254.0, 508.0, 127.0, 254.0, 254.0], "{:?}", path.diagnostics);
+    assert!((path.moves[0].curve().to().x - 25.4).abs() < 1e-9);
+    let lines = "TOOL CALL 1 Z S3000\nL X+0 Y+0 R0 FMAX M3\nL X+10 R0 F600 M8\nL Y+20\nL Z+100 R0 FMAX M30";
+    let out = rewritten_text(&program(lines).replace("PGM T MM", "PGM T INCH"));
+    assert!(out.contains("L X+10 R0 F900 M8\n") && out.contains("L Y+20 F300\n"), "{out}");
+}
+
 #[test]
 fn programs_beside_it_are_called() {
     let load =
@@ -215,7 +229,11 @@ fn cycles_that_move_the_zero() {
 
 /// Feeds of every block changed, as far as the text allows; what is written proves and keeps its number of lines.
 fn rewritten(lines: &str) -> String {
-    let program = parse(program(lines).as_bytes(), Dialect::Heidenhain);
+    rewritten_text(&program(lines))
+}
+
+fn rewritten_text(text: &str) -> String {
+    let program = parse(text.as_bytes(), Dialect::Heidenhain);
     let mut job = job();
     job.output.annotate = feedwright::machine::Annotate::None;
     let path = toolpath(&program, &surroundings(), &job);

@@ -327,6 +327,8 @@ fn options_that_are_no_numbers_are_refused() {
             assert!(code == 2 && said.contains(option) && said.contains("positive"), "{option} {value}: {said}");
         }
     }
+    let (code, _, said) = shop.semifinish(&["--stock", "-0.1,0.3"]);
+    assert!(code == 2 && said.contains("stock from -0.1 to 0.3 mm makes no sense"), "{said}");
     for value in ["nan,1", "0.1,inf", "0.1,0.2,x", "0.1"] {
         let (code, _, said) = shop.semifinish(&["--stock", value]);
         assert!(code == 2 && said.contains("--stock") && said.contains("two numbers"), "{value}: {said}");
@@ -380,6 +382,76 @@ fn lines_in_the_place_of_an_arc_walk_it_once_and_in_order() {
         assert!(code == 1 && said.contains(told), "{what}: {said}");
     }
     assert_eq!(prove(&half_circle("G2 X-10.0 Y0.0 I-10.0 J0.0\n"), "0.5").0, 1, "the other way round");
+}
+
+/// What a control may refuse, or reads otherwise, is no moved program, however near its path is: an arc whose radius changes, two motion codes in a
+/// block, a coordinate under the G code of an arc, another target of a probing move.
+#[test]
+fn a_moved_program_that_a_control_may_refuse_is_not_proven() {
+    let arc = "G3 X-10.0 Y0.0 I-10.0 J0.0\n";
+    let probe = "G1 X-10.0 Y0.0\nG31 X-20.0 F50\n";
+    for (own, other, holds) in [
+        (arc, "G3 X-10.0 Y0.0 I-10.0 J0.0\n", true),
+        (arc, "G3 X-10.01 Y0.0 I-10.005 J0.0\n", true),
+        (arc, "G3 X-10.0 Y0.0 I-9.9 J0.0\n", false),
+        (arc, "G1 G3 X-10.0 Y0.0 I-10.0 J0.0\n", false),
+        (arc, "G3 G3 X-10.0 Y0.0 I-10.0 J0.0\n", false),
+        (arc, "G3 X-10.0 Y0.0 I-10.0 J0.0\nX-10.0 Y0.0\n", false),
+        (probe, "G1 X-10.01 Y0.0\nG31 X-20.0 F50\n", true),
+        (probe, "G1 X-10.0 Y0.0\nG31 X-20.01 F50\n", false),
+    ] {
+        let shop = Shop::with(&half_circle(own), "");
+        fs::write(shop.path("other.nc"), half_circle(other)).unwrap();
+        let (code, said, err) = shop.run(&["semifinish", "semi.nc", "--prove", "other.nc", "--within", "0.3"]);
+        assert_eq!(code, i32::from(!holds), "{other}: {said}{err}");
+    }
+}
+
+/// A block of a loop makes a move each time that it is executed, and keeps its words, though the first time comes in the middle of the plane.
+#[test]
+fn blocks_of_a_loop_are_not_moved() {
+    let semi = plane(30.0, 0.5, 0.15);
+    let lines: Vec<&str> = semi.lines().collect();
+    // Passes 12 to 14, of five lines each, behind a head of six.
+    let (before, after) = (lines[..6 + 5 * 12].join("\n"), lines[6 + 5 * 15..].join("\n"));
+    let (sin, cos) = f64::to_radians(30.0).sin_cos();
+    let [x, z] = [-(R + 0.15) * sin, (R + 0.15) * cos - R];
+    let repeated = format!(
+        "#1=12\nWHILE [#1 LT 15] DO1\n#2=[#1-14]*0.5\nG0 X[#2*{cos:.6}+{x:.6}] Y-5.0\nG0 Z[#2*{sin:.6}+{:.6}]\n\
+         G1 Z[#2*{sin:.6}+{z:.6}] F960\nG1 Y11.0\nG0 Z40.0\n#1=#1+1\nEND1\n",
+        z + 3.0
+    );
+    let shop = Shop::with(&[&before, "\n", &repeated, &after, "\n"].concat(), &plane(30.0, 0.5, 0.0));
+    let (code, said, err) = shop.semifinish(&["--force-xy", "8"]);
+    assert!(code < 2, "{said}{err}");
+    assert!(shop.text("out.nc").contains(&repeated), "{}", shop.text("out.nc"));
+    let (code, said, err) = shop.run(&["semifinish", "semi.nc", "--prove", "out.nc", "--within", "0.5"]);
+    assert_eq!(code, 0, "{said}{err}");
+}
+
+/// Arcs one behind the other under one G code: the chords of the first end where those of the second begin.
+#[test]
+fn chords_of_two_arcs_in_a_row_are_told_apart() {
+    let two = |above: f64| {
+        let radius = 20.0 - R - above;
+        let lowest = 10.0 - radius - R;
+        trough(above)
+            .lines()
+            .map(|line| match line.strip_prefix("G18 G2 ") {
+                None => format!("{line}\n"),
+                Some(words) => {
+                    let (end, centre) = words.split_at(words.find(" I").unwrap());
+                    format!("G18 G2 X0.0 Z{lowest:.4}{centre}\n{end} I0.0 K{radius:.4}\n")
+                }
+            })
+            .collect::<String>()
+    };
+    let shop = Shop::set_up(&two(0.1), &trough(0.0), &linear_edge("min = [-12, 0, -20], max = [12, 6, 15]"));
+    let (code, said, err) = shop.semifinish(&["--force-xy", "25", "--stock", "0.03,0.6"]);
+    assert!(code < 2 && shop.report()["moved"]["arcs_cut"].as_u64().unwrap() > 14, "{said}{err}");
+    let within = format!("{:.4}", shop.report()["moved"]["largest_offset_mm"].as_f64().unwrap() + 0.003);
+    let (code, said, _) = shop.run(&["semifinish", "semi.nc", "--prove", "out.nc", "--within", &within]);
+    assert_eq!(code, 0, "{said}");
 }
 
 /// `Y12` is 12 mm on some Fanuc controls and 0.012 mm on others: a coordinate that differs has a decimal point, and one beside which

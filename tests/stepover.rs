@@ -110,6 +110,10 @@ fn a_cylinder_is_finished_at_a_constant_force() {
     assert!((0.0..2.0).contains(&above), "{varying}");
     assert!(report["price"]["s_per_n"].as_f64().unwrap() < 0.0 && report["price"]["s_per_um"].as_f64().unwrap() < 0.0);
     assert!(std::fs::read_to_string(&page).unwrap().matches("<rect").count() > 1000);
+    // The stock that nothing names is said; the box of the setup is raw stock.
+    let said = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(said.contains("for stock of 0.1 mm on the surface"), "{said}");
+    assert!(report["notes"][0].as_str().unwrap().contains("--stock"), "{report}");
     // Every line is read without a doubt.
     let mut simulate = Command::cargo_bin("feedwright").unwrap();
     let setup = folder.path().join("part.setup.toml");
@@ -235,6 +239,14 @@ fn every_dialect_and_unit_is_read_back_as_the_same_passes() {
         let said = String::from_utf8_lossy(&read.stderr).into_owned();
         assert!(read.status.success() && said.is_empty(), "{dialect} {unit}: {said}");
         let source = std::fs::read(&program).unwrap();
+        // 960 mm/min: in inches per minute with a point, in plain language in tenths of that without one.
+        let feed = match (dialect, unit) {
+            ("heidenhain", "inch") => " F378\n",
+            (_, "inch") => " F37.8\n",
+            _ => " F960\n",
+        };
+        let text = String::from_utf8_lossy(&source).into_owned();
+        assert!(text.contains(feed), "{dialect} {unit}: {text}");
         let (job, _) = setup::load(&std::fs::read_to_string(&path).unwrap(), folder.path()).unwrap();
         let parsed = nc::parse(source, Dialect::from_name(dialect));
         let environment = Environment::from_job(&job);
@@ -431,6 +443,17 @@ fn bad_surfaces_are_refused_and_nothing_is_written() {
         assert!(error.contains(said), "{what}: {error}");
         assert!(!folder.path().join("part.nc").exists(), "{what}");
     }
+}
+
+/// What the setup leaves to defaults is refused where it has to be complete, as by every command.
+#[test]
+fn defaults_are_refused_when_none_is_allowed() {
+    let folder = tempfile::tempdir().unwrap();
+    let out =
+        stepover(folder.path(), &surfaces::stl(&small_cylinder()), CYLINDER_STOCK, &["--feed", "960", "--strict"]);
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(out.status.code() == Some(2) && error.contains("to defaults"), "{error}");
+    assert!(!folder.path().join("part.nc").exists());
 }
 
 /// Options that are no numbers, of a sign that is not meant, or that leave no step-over are refused by name.

@@ -43,7 +43,7 @@ pub struct Semifinish {
     /// mean as programmed.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = above_zero)]
     pub force_xy: Option<f64>,
-    #[arg(long, value_name = "MIN,MAX", allow_negative_numbers = true, value_parser = least_and_largest,
+    #[arg(long, value_name = "MIN,MAX", allow_hyphen_values = true, value_parser = least_and_largest,
         help = format!("Least and largest stock that may be left, mm [default: {},{}]", STOCK_MM[0], STOCK_MM[1]))]
     pub stock: Option<[f64; 2]>,
     /// Largest change of stock per mm along the path.
@@ -126,12 +126,9 @@ pub fn semifinish(command: &Semifinish, global: &Global, screen: Screen) -> Resu
     if let Some(json) = json {
         json.write(report.json().as_bytes())?;
     }
-    if let Some(why) = &shifted.refused {
+    if let Some([why, help]) = &shifted.refused {
         outputs.commit()?;
-        return Err(CliError::unmet(
-            why.clone(),
-            "nothing was written; give a larger least stock (--stock), or a lower --force-xy",
-        ));
+        return Err(CliError::unmet(why.clone(), help.clone()));
     }
     output.write(&shifted.moved.bytes)?;
     outputs.commit()?;

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::error::CliError;
 use super::input;
-use super::learn::{load, open};
+use super::learn::open;
 use super::options::{Global, above_zero, finite};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
@@ -132,15 +132,12 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
     let program = outputs.open(&target, Kind::Program)?;
     let json = open(&mut outputs, command.json.as_deref(), Kind::Json)?;
     let page = open(&mut outputs, command.report.as_deref(), Kind::Markup)?;
-    let mut job = load(&command.setup)?;
-    if let Some(model) = &global.model {
-        job.process = super::learn::model_file(model)?;
-    }
+    let read = input::read(input::text(&command.setup)?, &command.setup)?;
+    let mut job = input::with_options(read, global)?.job;
     for told in crate::job::learned::apply(&mut job) {
         screen.say(&format!("{} = {} ({})\n", told.key, told.value, told.source));
     }
-    let named = global.dialect.as_deref().or(job.machine.dialect.as_deref());
-    let dialect = named.and_then(Dialect::from_name).unwrap_or(Dialect::Generic);
+    let dialect = job.machine.dialect.as_deref().and_then(Dialect::from_name).unwrap_or(Dialect::Generic);
     let factor = if command.unit == Unit::Inch { MM_PER_INCH } else { 1.0 };
     let bytes = input::file(&command.surface)?;
     let surface = Surface::read(&bytes, factor, command.steepest.to_radians())
@@ -174,13 +171,17 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         })
     };
     let left = if command.stock.is_none() { left(&job)? } else { None };
+    let assumed = command.stock.is_none() && left.is_none();
     let found = run(&surface, (&job, dialect), &ask, left, &hold);
     bar.finish_and_clear();
     if found.is_err() {
         // What was repaired may be why.
         surface.notes.iter().for_each(|note| screen.say(&format!("note      {note}")));
     }
-    let answer = found.map_err(|error| refused(&error, &command.surface))?;
+    let mut answer = found.map_err(|error| refused(&error, &command.surface))?;
+    if assumed {
+        answer.notes.insert(0, assumed_stock());
+    }
     let to_stdout = program.is_stdout() || json.as_ref().is_some_and(super::output::Output::is_stdout);
     let words = stepover_words(&answer);
     if to_stdout {
@@ -209,6 +210,14 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         screen.say(&format!("{sentence}; look at the page (--report) before it runs"));
     }
     Ok(if unmet.is_empty() { Outcome::Done } else { Outcome::Unmet })
+}
+
+/// What is taken to stand on the surface where nothing says it: raw stock there would be met at rapid.
+fn assumed_stock() -> String {
+    format!(
+        "the program is for stock of {STOCK_MM} mm on the surface, as nothing says it: give --stock, or [stock] saved = … with what the program \
+         before left"
+    )
 }
 
 /// How passes are to lie.

@@ -3,7 +3,7 @@
 
 use crate::diag::Diagnostic;
 use crate::engage::{self, EngageError, EngagementMap, Event, EventKind};
-use crate::finish::semifinish::{self, Answer, Gouge, Sample, SemifinishError, Wanted, Written, write};
+use crate::finish::semifinish::{self, Answer, Gouge, Sample, SemifinishError, Wanted, Written, proof, write};
 use crate::job::{JobError, Watch, environment, learned, remarks};
 use crate::machine::Job;
 use crate::nc::{self, Program, Toolpath};
@@ -77,8 +77,8 @@ pub struct Shifted {
     pub diagnostics: Vec<Diagnostic>,
     /// What this command warns of.
     pub warnings: Vec<String>,
-    /// Why the moved program must not be written.
-    pub refused: Option<String>,
+    /// Why the moved program must not be written, and the remedy.
+    pub refused: Option<[String; 2]>,
 }
 
 /// Moves the semi-finish.
@@ -133,6 +133,9 @@ pub fn semifinish(pair: Pair, watch: &Watch) -> Result<Shifted, MoveError> {
     let moved = write::write(&semi, &semi_path, &answer.knots, &answer.offsets, wanted.tolerance_mm);
     let back = nc::parse(moved.bytes.clone(), Some(semi.dialect()));
     let mut back_path = nc::interpret(&back, &environment(&job, watch));
+    // How far moves went is said; that nothing else differs is proven here like with `--prove`.
+    let came = nc::interpret(&semi, &environment(&job, watch));
+    let proof = proof::prove([&semi, &back], [&came, &back_path], f64::INFINITY);
     remarks::freeze_tools(&mut back_path, &job);
     let still = vec![false; back_path.moves.len()];
     let samples: Vec<Sample> = answer.before.iter().map(|seen| seen.sample).collect();
@@ -144,7 +147,7 @@ pub fn semifinish(pair: Pair, watch: &Watch) -> Result<Shifted, MoveError> {
     };
     let gouge = semifinish::gouge(&task, &keep(&finish_path)?, &keep(&semi_path)?, &keep(&back_path)?)?;
     let warnings = warnings(&answer, gouge);
-    let refused = refused(&answer, &again, gouge);
+    let refused = unproven(&proof).or_else(|| refused(&answer, &again, gouge));
     let paths = [semi_path, finish_path];
     Ok(Shifted {
         job,
@@ -205,19 +208,36 @@ fn warnings(answer: &Answer, gouge: Gouge) -> Vec<String> {
     warnings
 }
 
+/// What the proof of the moved program found.
+fn unproven(proof: &proof::Proof) -> Option<[String; 2]> {
+    let ([own, other], what) = proof.differences.first()?;
+    Some([
+        format!(
+            "the moved program would differ in more than coordinates of cutting moves: line {own} → line {other}: {what}"
+        ),
+        "nothing was written; post the semi-finish as plain moves, one in each block".into(),
+    ])
+}
+
 /// Gouges, and collisions that were not there before.
-fn refused(answer: &Answer, again: &Written, gouge: Gouge) -> Option<String> {
+fn refused(answer: &Answer, again: &Written, gouge: Gouge) -> Option<[String; 2]> {
+    let help = "nothing was written; give a larger least stock (--stock), or a lower --force-xy";
     if gouge.gouged > 0 {
         let [x, y] = gouge.at;
-        return Some(format!(
+        let why = format!(
             "the moved program would cut {:.3} mm below what the finish leaves, at X{x:.2} Y{y:.2} and on {} of {} cells",
             gouge.deepest_mm, gouge.gouged, gouge.cells
-        ));
+        );
+        return Some([why, help.into()]);
     }
     let count = |events: &[Event], kind: EventKind| events.iter().filter(|event| event.kind == kind).count();
     let worse = again.events.iter().find(|event| count(&again.events, event.kind) > count(&answer.events, event.kind));
     worse.map(|event| {
         let line = again.toolpath.moves[event.move_id.ix()].line;
-        format!("the moved program would bring a collision that was not there before: {:?}, line {line}", event.kind)
+        let why = format!(
+            "the moved program would bring a collision that was not there before: {:?}, line {line}",
+            event.kind
+        );
+        [why, help.into()]
     })
 }

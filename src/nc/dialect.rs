@@ -7,6 +7,7 @@
 //! "M-Codes"; Siemens 840D Programming Guide Fundamentals, predefined M functions; HEIDENHAIN TNC 640 Klartext manual, overview of
 //! miscellaneous functions.
 
+use crate::units::MM_PER_INCH;
 use std::ops::RangeInclusive;
 
 /// A family of controls.
@@ -81,6 +82,8 @@ pub(crate) struct Properties {
     max_line_length: usize,
     /// No control of the family reads longer lines, whatever the setup says.
     pub(crate) refuses_longer_lines: bool,
+    /// Millimetres in the unit of length of F in a program in inches.
+    pub(crate) feed_inch_mm: f64,
     /// Digits after the point that an F word per minute may carry when the program shows none: mm, inch.
     feed_digits: [usize; 2],
     /// Digits that a number may have in all; `None`: as many as it has decimals.
@@ -179,6 +182,7 @@ const GENERIC: Properties = Properties {
     comments: &[CommentForm::Parentheses, CommentForm::Semicolon],
     max_line_length: 256,
     refuses_longer_lines: false,
+    feed_inch_mm: MM_PER_INCH,
     feed_digits: [1, 2],
     number_digits: None,
     decimals: 9,
@@ -299,6 +303,8 @@ const TABLE: &[Properties] = &[
         syntax: Syntax::Heidenhain,
         comments: &[CommentForm::Semicolon],
         max_line_length: 128,
+        // F is in tenths of an inch per minute, "for reasons of resolution" (iTNC 530 and TNC 640 Klartext manuals, Feed rate F).
+        feed_inch_mm: 0.1 * MM_PER_INCH,
         feed_digits: [0, 1],
         decimals: 5,
         counts_blocks: true,
@@ -380,6 +386,10 @@ impl Dialect {
     /// Digits after the point in a coordinate (mm, inch): the increment of the control.
     pub fn coordinate_digits(self, inch: bool) -> usize {
         3 + usize::from(inch)
+    }
+    /// Millimetres in the unit of length of an F word per minute: that of the coordinates, but for plain language in inches a tenth of it.
+    pub fn feed_unit_mm(self, inch: bool) -> f64 {
+        if inch { self.properties().feed_inch_mm } else { 1.0 }
     }
     /// Digits after the point that an F word per minute may carry when the program shows none.
     pub fn feed_digits(self, inch: bool) -> usize {

@@ -135,7 +135,7 @@ fn forbidden(program: &Program, toolpath: &Toolpath, modes: &[Modes], job: &Job)
             Some(Freeze::Repeated)
         } else {
             text.read(program, motion);
-            text.forbids(motion, modes[motion.block.ix()])
+            text.forbids(motion, program.dialect().feed_unit_mm(modes[motion.block.ix()].inch))
         }
     };
     let together = |moves: &[Move]| {
@@ -224,7 +224,7 @@ impl Text {
         }
     }
 
-    fn forbids(&self, motion: &Move, modes: Modes) -> Option<Freeze> {
+    fn forbids(&self, motion: &Move, unit_mm: f64) -> Option<Freeze> {
         let (_, view) = self.block.as_ref()?;
         let (_, number, deleted) = self.word.filter(|(word, ..)| motion.feed.word == Some(*word))?;
         let twice = view.words.iter().filter(|word| word.letter == b'F').count() > 1;
@@ -236,7 +236,7 @@ impl Text {
             Some(Freeze::Repeated)
         } else if view.computed_feed {
             Some(Freeze::Expression)
-        } else if twice || !explains(number, motion, modes) {
+        } else if twice || !explains(number, motion, unit_mm) {
             Some(Freeze::NotUnderstood)
         } else {
             None
@@ -244,13 +244,13 @@ impl Text {
     }
 }
 
-/// Does this F number, in the modes in force, give the feed of the move? Not tested in inverse time under radius compensation, where the
+/// Does this F number, in this unit of length, give the feed of the move? Not tested in inverse time under radius compensation, where the
 /// length of the contour counts and not that of the move.
-fn explains(number: f64, motion: &Move, modes: Modes) -> bool {
+fn explains(number: f64, motion: &Move, unit_mm: f64) -> bool {
     let length_mm = motion.curve().length();
     let inverse = motion.feed.mode == FeedMode::InverseTime;
     let beside = inverse && !motion.splittable && number > 0.0 && motion.feed.mm_s > 0.0;
-    let unit = FeedUnit { mode: motion.feed.mode, unit_mm: modes.unit_mm(), rps: motion.spin.rps, length_mm };
+    let unit = FeedUnit { mode: motion.feed.mode, unit_mm, rps: motion.spin.rps, length_mm };
     let empty = inverse && length_mm == 0.0;
     empty || beside || unit.is_usable() && (unit.f_of(motion.feed.mm_s) - number).abs() <= 1e-6 * number.abs()
 }

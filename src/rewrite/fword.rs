@@ -14,7 +14,7 @@ use super::decimal::{Decimal, NumberStyle};
 pub struct FeedUnit {
     /// Per minute, inverse time, per revolution.
     pub mode: FeedMode,
-    /// Millimetres in one unit of length.
+    /// Millimetres in the unit of length of F ([`Dialect::feed_unit_mm`]).
     pub unit_mm: f64,
     /// Spindle speed, rev/s.
     pub rps: f64,

@@ -318,7 +318,7 @@ impl<'a> Writer<'a> {
         let letter = bytes[..bytes.len() - number.len()].to_vec();
         self.manner = FWordStyle { letter, style: NumberStyle::of(number, self.manners.leading_zero) };
         self.reference = Some(self.was_at(word.span.start, &text));
-        self.original = Some(Feed { text, value: word.number, mode, unit_mm: self.modes.unit_mm() });
+        self.original = Some(Feed { text, value: word.number, mode, unit_mm: self.feed_unit_mm() });
     }
 
     /// The F number that the word of the input at this byte stands for.
@@ -333,7 +333,7 @@ impl<'a> Writer<'a> {
         let word = view.words.iter().find(|word| word.span == span)?;
         let text = String::from_utf8_lossy(view::number_bytes(self.program, word)).into_owned();
         let known = self.original.as_ref()?;
-        Some(Feed { text, value: word.number, mode: known.mode, unit_mm: self.modes.unit_mm() })
+        Some(Feed { text, value: word.number, mode: known.mode, unit_mm: self.feed_unit_mm() })
     }
 
     pub(super) fn f_word(&self, number: &str) -> Vec<u8> {
@@ -386,7 +386,7 @@ impl<'a> Writer<'a> {
             self.word = Some((span, text, word.number));
         }
         let (_, text, value) = self.word.clone()?;
-        Some(Feed { text, value, mode: motion.feed.mode, unit_mm: self.modes.unit_mm() })
+        Some(Feed { text, value, mode: motion.feed.mode, unit_mm: self.feed_unit_mm() })
     }
 
     /// Is the F in force another than the original's?
@@ -404,12 +404,16 @@ impl<'a> Writer<'a> {
         self.original.as_ref().map(|feed| feed.text.clone())
     }
 
+    fn feed_unit_mm(&self) -> f64 {
+        self.program.dialect().feed_unit_mm(self.modes.inch)
+    }
+
     /// In inverse time a block that stays whole has the time of its contour, which the tool may run beside.
     fn unit(&self, motion: &crate::nc::Move, length_mm: f64) -> FeedUnit {
         let contour_mm = || Some(crate::units::mm_min_from_mm_s(motion.feed.mm_s) / self.original.as_ref()?.value);
         let whole = motion.feed.mode == FeedMode::InverseTime && !motion.splittable;
         let length_mm = if whole { contour_mm().unwrap_or(length_mm) } else { length_mm };
-        FeedUnit { mode: motion.feed.mode, unit_mm: self.modes.unit_mm(), rps: motion.spin.rps, length_mm }
+        FeedUnit { mode: motion.feed.mode, unit_mm: self.feed_unit_mm(), rps: motion.spin.rps, length_mm }
     }
 
     /// Pieces with their F numbers; neighbours with one number are one piece.

@@ -135,24 +135,49 @@ fn corners(bytes: &[u8]) -> Result<Vec<Vec3>, MeshError> {
         }
         return Ok(corners);
     }
-    let text =
-        std::str::from_utf8(bytes).map_err(|_| MeshError::NotStl("the length does not fit its triangle count"))?;
-    if !text.trim_start().starts_with("solid") {
+    // Names in text files are in any encoding; bytes of value 0 are in binary ones only.
+    if bytes.contains(&0) {
+        return Err(MeshError::NotStl("the length does not fit its triangle count"));
+    }
+    corners_of_text(&String::from_utf8_lossy(bytes))
+}
+
+/// Corners of a text STL: facets of three vertices each, between `solid` and `endsolid`, in small or capital letters. What stands behind these two on
+/// their lines is a name.
+fn corners_of_text(text: &str) -> Result<Vec<Vec3>, MeshError> {
+    let is = |word: &str, other: &str| word.eq_ignore_ascii_case(other);
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    if !text.get(..5).is_some_and(|word| is(word, "solid")) {
         return Err(MeshError::NotStl("it neither is binary nor begins with `solid`"));
     }
-    let mut corners = Vec::new();
-    let mut words = text.split_ascii_whitespace();
+    let without_name = |line| {
+        let words = str::split_ascii_whitespace(line);
+        let named = words.clone().next().is_some_and(|word| is(word, "solid") || is(word, "endsolid"));
+        words.take(if named { 1 } else { usize::MAX })
+    };
+    let mut words = text.lines().flat_map(without_name);
+    let (mut corners, mut facets, mut ended) = (Vec::new(), 0, false);
     while let Some(word) = words.next() {
-        if word == "vertex" {
+        if is(word, "vertex") {
             let mut number = || words.next().and_then(|word| word.parse::<f64>().ok());
             let (Some(x), Some(y), Some(z)) = (number(), number(), number()) else {
                 return Err(MeshError::NotStl("a vertex without three numbers"));
             };
             corners.push(finite(Vec3::new(x, y, z))?);
+            continue;
         }
+        let begins = is(word, "facet");
+        ended = if is(word, "endsolid") { true } else { ended && !(begins || is(word, "solid")) };
+        if (begins || is(word, "endfacet") || ended) && corners.len() != 3 * facets {
+            return Err(MeshError::NotStl("a facet that has not three vertices"));
+        }
+        facets += usize::from(begins);
     }
-    corners.truncate(corners.len() / 3 * 3);
-    Ok(corners)
+    if ended {
+        Ok(corners)
+    } else {
+        Err(MeshError::NotStl("it ends without `endsolid`, so that some of it may be missing"))
+    }
 }
 
 fn finite(p: Vec3) -> Result<Vec3, MeshError> {
@@ -484,6 +509,29 @@ mod tests {
         let facet = |t: &[Vec3; 3]| format!("facet\n{}endfacet\n", t.iter().map(vertex).collect::<Vec<_>>().concat());
         let text = format!("solid\n{}endsolid\n", triangles.iter().map(facet).collect::<Vec<_>>().concat());
         read_surface(text.as_bytes())
+    }
+
+    /// Names say nothing and are in any encoding, letters are large or small; a facet has three vertices, and a file that was cut off anywhere is refused.
+    #[test]
+    fn a_text_file_is_read_whole_or_not_at_all() {
+        let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+        let read = |text: &str| corners(text.as_bytes()).map(|corners| corners.len());
+        let whole = format!("solid a vertex\n{facet}{facet}endsolid a vertex\n");
+        assert_eq!(read(&whole), Ok(6));
+        assert_eq!(read(&format!("\u{feff}{}", whole.to_uppercase())), Ok(6));
+        assert_eq!(read(&[whole.as_str(), whole.as_str()].concat()), Ok(12));
+        let latin = [b"solid Geh\xe4use\n", facet.as_bytes(), b"endsolid Geh\xe4use\n"].concat();
+        assert_eq!(corners(&latin).map(|corners| corners.len()), Ok(3));
+        let end = whole.find("endsolid").unwrap();
+        for cut in 0..end {
+            assert!(read(&whole[..cut]).is_err(), "{}", &whole[..cut]);
+        }
+        assert!(read(&format!("{}endsolid\n", &whole[..end - 30])).is_err());
+        for count in [2, 4] {
+            let lines = "vertex 0 0 0\n".repeat(count);
+            let other = format!("solid\nfacet\n{lines}endfacet\n{facet}endsolid\n");
+            assert!(read(&other).unwrap_err().to_string().contains("three vertices"), "{other}");
+        }
     }
 
     /// A vertex on an edge, or a missing facet, wherever it is: the outside stays outside, and a solid that is inside out is turned.

@@ -245,7 +245,8 @@ impl Simulated {
     /// Length on which the finish cuts, mm.
     pub(super) fn cut_mm(&self) -> f64 {
         let stations = self.map.stations.iter().filter(|s| s.move_id.ix() >= self.first && s.arc_count > 0);
-        stations.map(Station::length_mm).sum()
+        // From +0, as the sum of none is −0.
+        stations.fold(0.0, |sum, station| sum + station.length_mm())
     }
 }
 

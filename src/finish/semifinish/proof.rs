@@ -2,27 +2,33 @@
 //! order, is nowhere further from the original than a stated distance. In: both programs and their motions. Out: a
 //! [`Proof`].
 //!
-//! A cutting block makes exactly one feed move, executed once. In it the numbers of X, Y and Z may differ, and a
-//! coordinate that was left out may be added; for an arc also I, J, K, R may differ, its G code may become that of a
-//! straight move, and lines with X, Y and Z alone may follow it. Where a control may count a number without a decimal
-//! point in increments, every number that differs has a point, and so have those of the original block. Everything
-//! else is the same byte for byte, except blanks between the words of a cutting block. The motions are compared move by move: kind, feed, spindle, tool, work
-//! offset and path mode are the same, and so are dwells, tool changes and stops between them. The path of a move and
-//! that of what takes its place are walked from end to end together ([`super::walk`]): with w the stated distance they
-//! are never more than w apart, and their lengths differ by no more than w (θ + 2), θ the angle by which the move turns.
-//! A path at the constant distance w beside it is longer or shorter by w θ (Steiner), and w at either end is for one
-//! that goes over from one side to the other. One line may be added: the comment [`MARK`], by which the file is
-//! recognised. Apart from that no code is shared with the writing ([`super::write`]).
+//! A cutting block makes exactly one feed move, executed once, and no probing move. In it the numbers of X, Y and Z may
+//! differ, and a coordinate that was left out may be added; for an arc also I, J, K, R may differ, its G code may become
+//! that of a straight move, and lines with X, Y and Z alone may follow it, each of which makes one straight move. Where
+//! a control may count a number without a decimal point in increments, every number that differs has a point, and so
+//! have those of the original block. Everything else is the same byte for byte, except blanks between the words of a
+//! cutting block. The motions are compared move by move: kind, feed, spindle, tool, work offset and path mode are the
+//! same, and so are dwells, tool changes and stops between them. The path of a move and that of what takes its place are
+//! walked from end to end together ([`super::walk`]): with w the stated distance they are never more than w apart, and
+//! their lengths differ by no more than w (θ + 2), θ the angle by which the move turns. A path at the constant distance
+//! w beside it is longer or shorter by w θ (Steiner), and w at either end is for one that goes over from one side to the
+//! other. Of the moved program nothing may be said while it is read that is not said of the original as often: an arc
+//! whose radius changes is a motion here, but a control may refuse it. One line may be added: the comment [`MARK`] in a
+//! form that the dialect has, by which the file is recognised. Apart from that no code is shared with the writing
+//! ([`super::write`]).
 
 use super::walk;
 use crate::ids::BlockId;
-use crate::nc::{Event, Move, MoveKind, Program, TokenKind, Toolpath};
+use crate::nc::{CommentForm, Event, Freeze, Move, MoveKind, Program, TokenKind, Toolpath};
 use crate::path::Curve;
+use std::collections::BTreeMap;
 
 /// Comment at the head of a moved program.
 pub const MARK: &str = "SEMI-FINISH MOVED BY FEEDWRIGHT";
 /// Tolerance for rounding of decimal numbers, mm.
 const ROUNDED_MM: f64 = 1e-6;
+/// G codes of feed moves.
+const MOTION: [f64; 3] = [1.0, 2.0, 3.0];
 /// Most differences that are listed.
 const LISTED: usize = 20;
 
@@ -59,6 +65,7 @@ pub fn prove(programs: [&Program; 2], paths: [&Toolpath; 2], within_mm: f64) -> 
     let mut proof = Proof::default();
     let cuts = cutting(programs[0], paths[0]);
     let Some(matched) = texts(programs, &cuts, &mut proof) else { return proof };
+    remarks(paths, &mut proof);
     motions(paths, &cuts, &matched, within_mm, &mut proof);
     let between = |path: &Toolpath, of: &dyn Fn(u32) -> u32| -> Vec<Event> {
         path.between.iter().map(|(_, event)| at_line(*event, of)).collect()
@@ -68,6 +75,22 @@ pub fn prove(programs: [&Program; 2], paths: [&Toolpath; 2], within_mm: f64) -> 
         proof.differs([1, 1], "dwells, tool changes, speeds or stops are not the same");
     }
     proof
+}
+
+/// Lists what is said of the second program more often than of the first, one of each kind.
+fn remarks([before, after]: [&Toolpath; 2], proof: &mut Proof) {
+    let mut counts: BTreeMap<&str, [u32; 2]> = BTreeMap::new();
+    for (which, path) in [before, after].iter().enumerate() {
+        for said in &path.diagnostics {
+            counts.entry(said.code).or_default()[which] += said.places;
+        }
+    }
+    for (code, _) in counts.iter().filter(|(_, [before, after])| after > before) {
+        let more = after.diagnostics.iter().rfind(|said| said.code == *code);
+        let line = more.and_then(|said| said.line).unwrap_or(1);
+        let what = more.map_or("", |said| said.text.as_str());
+        proof.differs([line, line], format!("it is read with a remark that the original does not get: {what}"));
+    }
 }
 
 /// An event with its line number converted by `of`.
@@ -96,7 +119,8 @@ fn cutting(program: &Program, path: &Toolpath) -> Vec<Cuts> {
     for motion in &path.moves {
         let Some(block) = of.get_mut(motion.block.ix()) else { continue };
         block.0 += 1;
-        let plain = motion.kind == MoveKind::Feed && motion.instance == 0 && !motion.cycle && !motion.compensated;
+        let once = motion.kind == MoveKind::Feed && motion.instance == 0;
+        let plain = once && !motion.cycle && !motion.compensated && motion.freeze != Some(Freeze::Probe);
         block.1 = match motion.curve() {
             _ if !plain => Cuts::No,
             Curve::Line { .. } => Cuts::Line,
@@ -121,7 +145,8 @@ fn texts([before, after]: [&Program; 2], cuts: &[Cuts], proof: &mut Proof) -> Op
         }
         let cut = cuts[block.ix()];
         let own = words(before, block, cut);
-        if own != words(after, BlockId(at), cut) {
+        let codes = [(before, block), (after, BlockId(at))].map(|(program, block)| motion_codes(program, block));
+        if own != words(after, BlockId(at), cut) || (cut == Cuts::Arc && codes[1] > codes[0].max(1)) {
             proof.differs(lines, "more than coordinates of a cutting move differ");
             return None;
         }
@@ -155,7 +180,7 @@ fn words(program: &Program, block: BlockId, cuts: Cuts) -> Vec<&[u8]> {
         let may = match token.kind {
             TokenKind::Blank | TokenKind::Word(b'X' | b'Y' | b'Z') => true,
             TokenKind::Word(b'I' | b'J' | b'K' | b'R') => cuts == Cuts::Arc,
-            TokenKind::Word(b'G') => cuts == Cuts::Arc && [1.0, 2.0, 3.0].contains(&token.number),
+            TokenKind::Word(b'G') => cuts == Cuts::Arc && MOTION.contains(&token.number),
             _ => false,
         };
         if !may {
@@ -163,6 +188,12 @@ fn words(program: &Program, block: BlockId, cuts: Cuts) -> Vec<&[u8]> {
         }
     }
     tokens
+}
+
+/// Number of motion codes in a block.
+fn motion_codes(program: &Program, block: BlockId) -> usize {
+    let is_one = |kind: TokenKind, number: f64| kind == TokenKind::Word(b'G') && MOTION.contains(&number);
+    program.tokens(block).filter(|token| is_one(token.kind, token.number)).count()
 }
 
 /// Does a block in the place of another write a number that the control may count in another unit than is meant? In the
@@ -180,11 +211,12 @@ fn counted_otherwise([before, after]: [&Program; 2], own: BlockId, other: BlockI
     before.dialect().properties().counts_increments && words(after, other).iter().any(new)
 }
 
-/// Is a line the mark, and nothing else?
+/// Is a line the mark in a form of the dialect, and nothing else?
 fn is_mark(program: &Program, line: u32) -> bool {
     let text = || program.span(BlockId(line)).of(program.text()).trim_ascii();
-    (line as usize) < program.len()
-        && [format!("({MARK})"), format!("; {MARK}")].iter().any(|mark| text() == mark.as_bytes())
+    let forms = [CommentForm::Parentheses, CommentForm::Semicolon];
+    let forms = forms.into_iter().filter(|form| program.dialect().has_comment(*form));
+    (line as usize) < program.len() && forms.map(|form| form.write(MARK)).any(|mark| text() == mark.as_bytes())
 }
 
 fn only_coordinates(program: &Program, block: BlockId) -> bool {
@@ -223,6 +255,13 @@ fn motions(
             }
         }
         proof.motions += 1;
+        let chords = || pieces.iter().all(|piece| matches!(piece.curve(), Curve::Line { .. }));
+        if blocks.len() > 1 && !(pieces.len() == blocks.len() && chords()) {
+            proof.differs(
+                [motion.line, first.line],
+                "the lines in the place of the arc make other moves than one straight line each",
+            );
+        }
         if let Some(what) = pieces.iter().find_map(|piece| state(motion, piece)) {
             proof.differs([motion.line, first.line], format!("{what} is not the same"));
         }

@@ -33,12 +33,16 @@ pub fn movable(program: &Program, path: &Toolpath) -> Vec<bool> {
         return may;
     }
     let texts = Texts::new(program, path);
-    let alone = |index: usize| {
-        let block = |k: usize| path.moves.get(k).map(|motion| motion.block);
-        block(index) != block(index + 1) && (index == 0 || block(index) != block(index - 1))
-    };
+    // A block of a loop or a subprogram makes its move each time that it is executed.
+    let mut moves_of = vec![0_u32; program.len()];
+    for motion in &path.moves {
+        if let Some(count) = moves_of.get_mut(motion.block.ix()) {
+            *count += 1;
+        }
+    }
     for (index, motion) in path.moves.iter().enumerate() {
-        may[index] = motion.kind == MoveKind::Feed && alone(index) && texts.may_move(program, path, index);
+        let alone = moves_of.get(motion.block.ix()) == Some(&1);
+        may[index] = motion.kind == MoveKind::Feed && alone && texts.may_move(program, path, index);
     }
     // After chords G1 is in force: the next block must name its motion code or be rewritable.
     for index in (0..path.moves.len()).rev() {
@@ -221,10 +225,10 @@ impl Writer<'_> {
     }
 
     fn block(&mut self, block: &Block, before: &Curve, after: &[Curve]) {
-        let (count, lines) = (self.edits.len(), after.len());
+        let count = self.edits.len();
         let first = &after[0];
         let wanted = code(first, MoveKind::Feed);
-        self.name_motion(block, before, wanted);
+        self.name_motion(block, [before, first], wanted);
         let start = self.at;
         self.coordinates(block, first.to());
         if let Curve::Arc(arc) = first {
@@ -234,11 +238,13 @@ impl Writer<'_> {
             let gone = words.map(|word| Edit::replace(self.with_blank_before(word), ""));
             self.edits.extend(gone.collect::<Vec<_>>());
         }
+        // A chord shorter than the digits has no line.
+        let mut rest: Vec<Vec<u8>> = after[1..].iter().map(|curve| self.line(block, curve.to())).collect();
+        rest.retain(|line| !line.is_empty());
         if matches!((before, first), (Curve::Arc(_), Curve::Line { .. })) {
             self.moved.arcs_cut[0] += 1;
-            self.moved.arcs_cut[1] += lines - 1;
+            self.moved.arcs_cut[1] += rest.len();
         }
-        let rest: Vec<Vec<u8>> = after[1..].iter().map(|curve| self.line(block, curve.to())).collect();
         if !rest.is_empty() {
             let end = line_end(self.program.text());
             let text: Vec<u8> = rest.iter().flat_map(|line| [end, line].concat()).collect();
@@ -247,15 +253,17 @@ impl Writer<'_> {
         self.moved.blocks_changed += usize::from(self.edits.len() > count);
     }
 
-    /// Writes the motion code if it differs from the one in force.
-    fn name_motion(&mut self, block: &Block, before: &Curve, wanted: u32) {
+    /// Writes the motion code if it differs from the one in force. The block of an arc that becomes a line always has
+    /// it: with coordinates alone it would read as one more chord of the arc before.
+    fn name_motion(&mut self, block: &Block, [before, first]: [&Curve; 2], wanted: u32) {
+        let cut = matches!((before, first), (Curve::Arc(_), Curve::Line { .. }));
         let own = block.view.words.iter().find(|word| word.letter == b'G' && is_motion(word.number));
         let name = format!("{}{}", if self.manners.lower { 'g' } else { 'G' }, wanted / 10);
         match own {
             Some(word) if (word.number * 10.0).round() as u32 != wanted => {
                 self.edits.push(Edit::replace(word.span, name));
             }
-            None if self.motion.unwrap_or(code(before, MoveKind::Feed)) != wanted => {
+            None if cut || self.motion.unwrap_or(code(before, MoveKind::Feed)) != wanted => {
                 let at = block
                     .view
                     .words

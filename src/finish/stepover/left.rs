@@ -9,8 +9,10 @@ use super::drop::{Contact, Dropper};
 use super::near::{Near, nearest_mm};
 use super::shape::Shape;
 use super::surface::Surface;
+use crate::numeric::golden_section;
 use crate::path::{Curve, Vec3};
 use rayon::prelude::*;
+use std::f64::consts::FRAC_PI_2;
 
 /// Spacing of places on the surface, mm; at most a tenth of the radius of the tool. Judgement: less than a step-over.
 const APART_MM: f64 = 0.2;
@@ -20,8 +22,8 @@ const PLACES: f64 = 100_000.0;
 const PLASTIC: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 /// Positions tried aside, up to the radius of the tool, of a place on which the tool does not rest.
 const ASIDE: f64 = 16.0;
-/// Steps to the position on a motion at which a flat end comes closest to a place: the place on the flat and that of the tip in turn.
-const IN_TURN: usize = 8;
+/// How closely the position on a motion is found at which a flat end comes closest to a place, mm.
+const NARROW_MM: f64 = 1e-4;
 /// Share of the thickness of the stock from which a place counts as not cut.
 const UNCUT: f64 = 0.99;
 
@@ -172,20 +174,52 @@ pub fn reach_mm(shape: Shape, limit_mm: f64) -> f64 {
 
 /// Distance of a point from the end of the tool along the motions near it, mm; infinite if there are none.
 pub fn distance_mm(near: &Near, shape: Shape, point: Vec3, normal: Vec3) -> f64 {
-    let centre = point - shape.corner_mm * Vec3::z();
-    let closest = |curve: &Curve| {
-        let mut tip = near_on(curve, centre);
-        for _ in 0..if shape.flat_mm > 0.0 { IN_TURN } else { 0 } {
-            let aside = (point - tip).xy();
-            let onto = aside * (shape.flat_mm / aside.norm().max(shape.flat_mm));
-            tip = near_on(curve, centre - Vec3::new(onto.x, onto.y, 0.0));
-        }
-        shape.distance_mm(point - tip).max(0.0)
-    };
+    let closest = |curve: &Curve| closest_mm(curve, shape, point).max(0.0);
     near.about(touching(shape, point, normal)).map(closest).fold(f64::INFINITY, f64::min)
 }
 
-/// The point of a motion nearest to another.
-fn near_on(curve: &Curve, p: Vec3) -> Vec3 {
-    curve.point(nearest_mm(curve, p))
+/// Distance of a point from the end of the tool along one motion, mm. A ball is closest where its centre is. A flat end may be closer on
+/// either side of that, where it has come down along the motion and still covers the point; on each side, of an arc up to a quarter turn away,
+/// the distance has one valley.
+fn closest_mm(curve: &Curve, shape: Shape, point: Vec3) -> f64 {
+    let at_mm = nearest_mm(curve, point - shape.corner_mm * Vec3::z());
+    let left_mm = |s_mm: f64| shape.distance_mm(point - curve.point(s_mm));
+    if shape.flat_mm <= 0.0 {
+        return left_mm(at_mm);
+    }
+    let length = curve.length();
+    let side_mm = if let Curve::Arc(arc) = curve { FRAC_PI_2 * arc.radius_mm } else { length };
+    let sides = [[(at_mm - side_mm).max(0.0), at_mm], [at_mm, (at_mm + side_mm).min(length)]];
+    sides.map(|[from, to]| golden_section(left_mm, from, to, NARROW_MM).1).into_iter().fold(f64::INFINITY, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::path::{Arc, Plane};
+
+    /// A bull-nose end down a shallow slope, over a crest and through a hollow, against positions 0.001 mm apart: it comes closest to a place where it has
+    /// come down furthest and still covers it, up to its flat away from the place.
+    #[test]
+    fn a_flat_end_comes_closest_where_it_has_come_down_and_still_covers_the_place() {
+        let shape = Shape { flat_mm: 2.0, corner_mm: 1.0 };
+        let slope = Curve::Line { from: Vec3::new(0.0, 0.0, 1.15), to: Vec3::new(9.7, 0.0, 0.75) };
+        // From x = 0 to 8 mm through z = 0.8 mm, the middle at x = 4 mm.
+        let bent = |up: f64| {
+            let half = f64::asin(4.0 / 45.0);
+            let centre = Vec3::new(4.0, 0.0, 0.8 - 45.0 * up * half.cos());
+            let [from, to] = [0.0, 8.0].map(|x| Vec3::new(x, 0.0, 0.8));
+            Curve::Arc(Arc::new(Plane::Zx, from, to, centre, 2.0 * half * up))
+        };
+        for curve in [slope, bent(1.0), bent(-1.0)] {
+            for k in 0..60 {
+                let x = -1.0 + 0.2 * f64::from(k);
+                let point = Vec3::new(x, 0.1 * f64::from(k % 7), 0.6);
+                let positions = (0..=10_000).map(|k| curve.point(curve.length() * f64::from(k) / 1e4));
+                let expected = positions.map(|tip| shape.distance_mm(point - tip)).fold(f64::INFINITY, f64::min);
+                let found = closest_mm(&curve, shape, point);
+                assert!((found - expected).abs() < 1e-4, "{curve:?} {point:?}: {found} {expected}");
+            }
+        }
+    }
 }

@@ -174,8 +174,8 @@ impl Writer<'_> {
         let rapid = step.feed_mm_s.is_none();
         let mut feed = String::new();
         if let Some(f) = step.feed_mm_s {
-            let per_unit = if self.head.inch { MM_PER_INCH } else { 1.0 };
-            let value = number(mm_min_from_mm_s(f) / per_unit, usize::from(self.head.inch));
+            let Head { dialect, inch, .. } = self.head;
+            let value = feed_number(mm_min_from_mm_s(f) / dialect.feed_unit_mm(*inch), *inch && !self.plain());
             if self.feed.as_deref() != Some(&value) {
                 feed = format!(" F{value}");
                 self.feed = Some(value);
@@ -268,7 +268,9 @@ impl Writer<'_> {
     /// A length in the unit of the program.
     fn value(&self, mm: f64) -> String {
         let per_unit = if self.head.inch { MM_PER_INCH } else { 1.0 };
-        number(mm / per_unit, DIGITS[usize::from(self.head.inch)])
+        let text = number(mm / per_unit, DIGITS[usize::from(self.head.inch)]);
+        // Plain language counts no increments, and a TNC writes no number that ends in a point.
+        if self.plain() { text.trim_end_matches('.').into() } else { text }
     }
 
     /// The coordinates that differ from those last written.
@@ -338,10 +340,38 @@ fn number(value: f64, digits: usize) -> String {
     if text == "-0." { "0.".into() } else { text.into() }
 }
 
+/// Figures of a feed.
+const FIGURES: i32 = 4;
+/// Most digits of a feed behind the point.
+const MOST_DIGITS: i32 = 5;
+
+/// A feed with as many digits as keep its figures, and a decimal point where asked for.
+fn feed_number(value: f64, point: bool) -> String {
+    let before_point = value.log10().floor() as i32 + 1;
+    let text = number(value, (FIGURES - before_point).clamp(i32::from(point), MOST_DIGITS) as usize);
+    if point { text } else { text.trim_end_matches('.').into() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::nc::{Environment, interpret, parse};
+
+    /// A feed of less than one per minute is not zero, and one that is not whole is not rounded to the next whole one.
+    #[test]
+    fn feeds_keep_four_figures() {
+        for (value, without, with) in [
+            (12_345.6, "12346", "12345.6"),
+            (960.0, "960", "960."),
+            (544.13, "544.1", "544.1"),
+            (37.795, "37.8", "37.8"),
+            (6.404, "6.404", "6.404"),
+            (0.3, "0.3", "0.3"),
+            (0.012_345_6, "0.01235", "0.01235"),
+        ] {
+            assert_eq!([false, true].map(|point| feed_number(value, point)), [without, with], "{value}");
+        }
+    }
 
     /// An arc whose ends have the same X, as written: in inches it rises by less than ten digits, and the height is rounded by half a digit. Its
     /// plane is that of its heights all the same; with the plane taken from X it went 1.7 mm into the part.

@@ -111,7 +111,7 @@ impl Interpreter<'_, Heidenhain> {
                 self.tool_axis(&names, place);
                 self.active_radius(words.get(b'T').map(|number| number as u32));
                 if let Some(value) = words.get(b'F') {
-                    let value = value.max(0.0) * self.modal.unit_mm();
+                    let value = value.max(0.0) * self.feed_unit_mm();
                     self.family.tool_feed = FeedWord { value, word: None, computed: true };
                 }
             }
@@ -222,7 +222,7 @@ impl Interpreter<'_, Heidenhain> {
     /// `Q206=AUTO`: the feed of the tool call, in units of the program; NaN where it is not known, and for FMAX, FU, FZ.
     fn feed_by_name(&self, value: &[u8]) -> Option<f64> {
         let name = value.trim_ascii().to_ascii_uppercase();
-        let known = self.family.tool_feed.value / self.modal.unit_mm();
+        let known = self.family.tool_feed.value / self.feed_unit_mm();
         match name.as_slice() {
             b"AUTO" | b"FAUTO" => Some(if known > 0.0 { known } else { f64::NAN }),
             b"MAX" | b"FMAX" | b"FU" | b"FZ" => Some(f64::NAN),
@@ -448,7 +448,7 @@ impl Interpreter<'_, Heidenhain> {
     fn corner_block(&mut self, word: &str, words: &mut Words, number: Option<f64>, place: Span) {
         let unit = self.modal.unit_mm();
         let size = words.get(b'R').or(number).filter(|size| *size > 0.0);
-        self.corners.feed = words.get(b'F').map(|feed| mm_s_from_mm_min(feed * unit));
+        self.corners.feed = words.get(b'F').map(|feed| mm_s_from_mm_min(feed * self.feed_unit_mm()));
         words.clear();
         match size {
             Some(radius) if word == "RND" => self.corners.now = Some((Corner::Round(radius * unit), place)),

@@ -131,7 +131,7 @@ impl Interpreter<'_, Heidenhain> {
             ..Cycle::default()
         };
         let feed = self.modal.feed;
-        self.modal.feed.value = q(206);
+        self.modal.feed.value = self.parameters.number(206) * self.feed_unit_mm();
         (self.modal.feed.word, self.modal.feed.computed) = (None, true);
         let before = (self.block.freeze, self.block.splittable);
         self.block.freeze = Some(Freeze::Cycle);

@@ -208,13 +208,18 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
+    /// Unit of length of an F word, mm.
+    pub(crate) fn feed_unit_mm(&self) -> f64 {
+        self.program.dialect().feed_unit_mm(self.modal.inch)
+    }
+
     /// F. LinuxCNC reads it in the unit in force before a G20 or G21 of the same block, the others in the new one.
     pub(crate) fn feed_word(&mut self, value: f64, words: &Words, unit_before: f64) {
         let early = self.dialect().feed_before_unit;
         let unit = match self.modal.feed_mode {
             FeedMode::InverseTime => 1.0,
             _ if early => unit_before,
-            _ => self.modal.unit_mm(),
+            _ => self.feed_unit_mm(),
         };
         let computed = words.is_computed(b'F');
         let span = words.span(b'F').unwrap_or_default();
