@@ -5,6 +5,9 @@
 /// Heights at which the shares are kept: 1/128, 1/64 … 1 of the cut's height, since cuts are uneven near the tip (floor, corner radius).
 const HEIGHTS: usize = 8;
 
+/// Lowest point of a cut over its height up to which it begins at the tip: what the rounding of a table takes. Judgement.
+const AT_TIP: f64 = 0.01;
+
 /// Heights of a cut along the edge and what lies below each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AlongEdge {
@@ -67,6 +70,12 @@ impl AlongEdge {
         self.from_to_mm[0].is_finite()
     }
 
+    /// Whether it begins at the tip, to what the heights of rings and tables are rounded.
+    pub fn begins_at_tip(&self) -> bool {
+        let [from, to] = self.from_to_mm;
+        from <= AT_TIP * (to - from)
+    }
+
     /// Share of the cutting and of the edge terms below a height above the tip, mm; straight between the kept heights.
     pub fn below(&self, height_mm: f64) -> [f64; 2] {
         let [from, to] = self.from_to_mm;
@@ -116,7 +125,9 @@ mod tests {
             assert!(cut.below(height_mm).iter().all(|s| (s - share).abs() < 1e-12), "{height_mm}");
         }
         assert!((cut.middle_mm() - 4.0).abs() < 1e-12);
+        assert!(cut.begins_at_tip() && AlongEdge::even([0.019, 2.019]).begins_at_tip());
         let layer = AlongEdge::even([2.0, 3.0]);
+        assert!(!layer.begins_at_tip() && !AlongEdge::even([0.021, 2.021]).begins_at_tip());
         assert_eq!([1.0, 2.25, 4.0].map(|height| layer.below(height)[0]), [0.0, 0.25, 1.0]);
         assert!((layer.middle_mm() - 2.5).abs() < 1e-12);
         assert!(AlongEdge::default().below(1.0)[0].is_nan());

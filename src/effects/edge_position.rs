@@ -53,7 +53,8 @@ fn change(p: &[f64], state: &State) -> Change {
     let along = &state.along_edge;
     let [slope, tip_excess, land_mm] = [p[0], p[1], p[2]];
     let by_height = if slope == 0.0 { 1.0 } else { (1.0 + slope * along.middle_mm()).max(0.0) };
-    let tip = if tip_excess == 0.0 { [1.0; 2] } else { along.below(land_mm).map(|share| 1.0 + tip_excess * share) };
+    let has_land = tip_excess != 0.0 && along.begins_at_tip();
+    let tip = if has_land { along.below(land_mm).map(|share| 1.0 + tip_excess * share) } else { [1.0; 2] };
     Change { cutting: by_height * tip[0], edge: tip[1], ..Change::default() }
 }
 
@@ -68,10 +69,8 @@ mod tests {
             let state = State { along_edge: AlongEdge::even([from_mm, to_mm]), ..State::default() };
             change(&[0.0, 0.4, 1.0], &state).cutting
         };
-        // All of a cut 1 mm deep, half of one of 2 mm; a tenth of a layer that begins just below the land; nothing of one that begins further up.
-        for (at, factor) in
-            [([0.0, 1.0], 1.4), ([0.0, 2.0], 1.2), ([0.9, 1.9], 1.04), ([1.0, 3.0], 1.0), ([2.0, 3.0], 1.0)]
-        {
+        // All of a cut 1 mm deep, half of one of 2 mm; nothing of a layer that begins further up, though it begins below the height of the land.
+        for (at, factor) in [([0.0, 1.0], 1.4), ([0.0, 2.0], 1.2), ([0.9, 1.9], 1.0), ([2.0, 3.0], 1.0)] {
             assert!((cutting(at[0], at[1]) - factor).abs() < 1e-12, "{at:?}");
         }
     }
