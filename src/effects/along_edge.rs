@@ -39,14 +39,14 @@ impl AlongEdge {
         Self { from_to_mm, below: std::array::from_fn(|k| [portion(k); 2]) }
     }
 
-    /// A cut made by these pieces; unknown where none has a height.
+    /// A cut made by these pieces; not known without any. An end face that plunges cuts at one height.
     pub fn of(pieces: impl Iterator<Item = EdgePiece> + Clone) -> Self {
         let far = [f64::INFINITY, f64::NEG_INFINITY];
         let widen =
             |[low, high]: [f64; 2], piece: EdgePiece| [low.min(piece.from_to_mm[0]), high.max(piece.from_to_mm[1])];
         let from_to_mm = pieces.clone().fold(far, widen);
         let [low, high] = from_to_mm;
-        if high - low <= 0.0 {
+        if low > high {
             return Self::default();
         }
         let (mut below, mut whole) = ([[0.0; 2]; HEIGHTS], [0.0; 2]);
@@ -56,7 +56,7 @@ impl AlongEdge {
             }
             for (k, below) in below.iter_mut().enumerate() {
                 let height_mm = low + portion(k) * (high - low);
-                let share = ((height_mm - from) / (to - from).max(1e-9)).clamp(0.0, 1.0);
+                let share = if height_mm >= to { 1.0 } else { ((height_mm - from) / (to - from)).max(0.0) };
                 for kind in 0..2 {
                     below[kind] += share * section_and_contact_mm2[kind];
                 }
@@ -79,7 +79,10 @@ impl AlongEdge {
     /// Share of the cutting and of the edge terms below a height above the tip, mm; straight between the kept heights.
     pub fn below(&self, height_mm: f64) -> [f64; 2] {
         let [from, to] = self.from_to_mm;
-        let at = (height_mm - from) / (to - from).max(1e-9);
+        if height_mm >= to {
+            return [1.0; 2];
+        }
+        let at = (height_mm - from) / (to - from);
         if at <= 0.0 {
             return [0.0; 2];
         }
@@ -91,8 +94,8 @@ impl AlongEdge {
             }
             (before, known) = (portion(k), *next);
         }
-        // Above all of it; NaN where the cut is not known.
-        self.below[HEIGHTS - 1]
+        // The cut is not known.
+        [f64::NAN; 2]
     }
 
     /// Mean height of what is cut, weighted by the removed section, mm above the tip.
@@ -152,6 +155,15 @@ mod tests {
         }
         let middle = (2.5 * 0.125 + 7.75 * (0.25 + 8.0) * 0.5) / whole;
         assert!((cut.middle_mm() - middle).abs() < 0.02, "{} for {middle}", cut.middle_mm());
-        assert!(AlongEdge::of(std::iter::empty()).middle_mm().is_nan());
+        assert!(!AlongEdge::of(std::iter::empty()).is_known());
+    }
+
+    /// A flat end that plunges cuts with its end face alone, which has no height: all of it lies at the tip.
+    #[test]
+    fn an_end_face_cuts_at_the_tip() {
+        let face = EdgePiece { from_to_mm: [0.0; 2], section_and_contact_mm2: [3.0, 5.0] };
+        let cut = AlongEdge::of([face, face].into_iter());
+        assert!(cut.is_known() && cut.begins_at_tip());
+        assert_eq!((cut.middle_mm(), cut.below(0.4), cut.below(-0.1)), (0.0, [1.0; 2], [0.0; 2]));
     }
 }
