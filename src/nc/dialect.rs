@@ -303,7 +303,7 @@ const TABLE: &[Properties] = &[
         syntax: Syntax::Heidenhain,
         comments: &[CommentForm::Semicolon],
         max_line_length: 128,
-        // F is in tenths of an inch per minute, "for reasons of resolution" (iTNC 530 and TNC 640 Klartext manuals, Feed rate F).
+        // F is in tenths of an inch per minute. The posts that CAM systems publish for these controls write ten times the inches, in cycles as well.
         feed_inch_mm: 0.1 * MM_PER_INCH,
         feed_digits: [0, 1],
         decimals: 5,
