@@ -62,8 +62,9 @@ thresholds! {
     /// Standard errors over the blocks by which an effect must lower the held-out error: the usual one-standard-error
     /// rule (Breiman and others 1984).
     least_t = 1.0;
-    /// Standard errors by which an effect added to others must lower the held-out error, and by which a rival must raise it where nothing is
-    /// cut to be none: one-sided 5 % of the normal distribution. More than `least_t`, because the search has already chosen the best of many.
+    /// Standard errors by which an effect added to others must lower the held-out error: one-sided 5 % of the normal distribution. More than
+    /// `least_t`, because the search has already chosen the best of many. A rival whose error on the readings without a cut is higher by so much is
+    /// no rival.
     least_t_beside = 1.645;
     /// Least product of the relative drop of the held-out error and its certainty in standard errors for an effect of the
     /// list: a fifth with 1.5 standard errors, a tenth with three. The smaller the drop, the more of the many effects
@@ -144,7 +145,7 @@ const CEILING_SLOPE: f64 = 0.3;
 /// Fewest samples from which an instant or a region is located. Judgement.
 pub(in crate::learn) const PLACED_BY: usize = 40;
 
-/// Fewest others among which a first place comes by chance no more often than in 5 %.
+/// The worst of n + 1 equal stretches of a log is a given one by chance in 1 of n + 1 cases: 5 % for n = 19.
 const FEWEST_IN_A_RANK: usize = 19;
 
 impl Criteria {
@@ -462,7 +463,7 @@ pub(in crate::learn) fn is_less_than_whole(share: f64, std_error: f64) -> bool {
     share + SHORT_OF_WHOLE * std_error < 1.0
 }
 
-/// Is the first place among itself and so many others no chance? One in 20 is the usual 5 %.
+/// Are there so many other stretches that to be the worst of them all is no chance (5 %)?
 pub(in crate::learn) fn tells_a_rank(others: usize) -> bool {
     others >= FEWEST_IN_A_RANK
 }

@@ -2,7 +2,7 @@
 //! parameters, and the names that the data kept for the judgement refute.
 
 use crate::learn::dataset::errors::errors;
-use crate::learn::diagnose::criteria::{is_less_than_whole, is_lower, is_no_worse};
+use crate::learn::diagnose::criteria::{is_less_than_whole, is_lower};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::{FORM_ROUNDS, remove};
 use crate::learn::diagnose::trial::{score_of, unphysical};
@@ -63,15 +63,6 @@ impl Diagnosis<'_> {
             return Some((score(without_it, present), lowers));
         }
         Some((score(&fit(&self.train, &others, FORM_ROUNDS)?, &fit(&self.train, &with, FORM_ROUNDS)?), lowers))
-    }
-
-    /// Do the data kept for the judgement refute the effects as a whole: the error rises with them, and what they predict there is not borne
-    /// out? Few of these data may be such that the effects act on them.
-    pub(in crate::learn) fn are_refuted_together(&self, fitted: &Fitted) -> bool {
-        let rmse = |residual: &[f64]| errors(self.data, |i| residual[i]).rmse;
-        let [without, with] = [&[][..], &fitted.model.effects].map(|effects| self.judgement_residuals(effects));
-        let [share, std_error] = share_borne_out(self.data, &without, &with);
-        !is_no_worse(rmse(&without), rmse(&with)) && is_less_than_whole(share, std_error)
     }
 
     /// The named effects that the data kept for the judgement refute: the error there is hardly lower with one, and what it predicts there
