@@ -60,7 +60,7 @@ fn change(p: &[f64], state: &State) -> Change {
 
 #[cfg(test)]
 mod tests {
-    use super::super::along_edge::AlongEdge;
+    use super::super::along_edge::{AlongEdge, EdgePiece};
     use super::*;
 
     #[test]
@@ -80,5 +80,9 @@ mod tests {
         let state = State { along_edge: AlongEdge::even([2.0, 4.0]), ..State::default() };
         assert!((change(&[0.1, 0.0, 0.02], &state).cutting - 1.3).abs() < 1e-12);
         assert_eq!(change(&[0.1, 0.0, 0.02], &state).edge, 1.0);
+        // A plunge with the end face alone is cut at the tip, and keeps its load.
+        let face = EdgePiece { from_to_mm: [0.0; 2], section_and_contact_mm2: [3.0, 5.0] };
+        let plunge = State { along_edge: AlongEdge::of(std::iter::once(face)), ..State::default() };
+        assert_eq!(change(&[0.1, 0.0, 0.02], &plunge).cutting, 1.0);
     }
 }
