@@ -53,6 +53,9 @@ pub struct State {
     pub up_share: f64,
     /// Share of up-milling weighted by chip thickness instead.
     pub up_share_chip: f64,
+    /// Mean of cos φ over the engaged arc, φ from where up-milling begins, by chip thickness and by contact: as the two above, but fading
+    /// towards the middle of the arc, where a tooth runs along the feed.
+    pub mean_cosine: [f64; 2],
     /// Tool tip in work coordinates, mm.
     pub position: Vec3,
     /// Unit vector of the feed.
@@ -116,6 +119,7 @@ impl Default for State {
             immersion_rad: nan,
             up_share: nan,
             up_share_chip: nan,
+            mean_cosine: [nan; 2],
             position: Vec3::repeat(nan),
             direction: Vec3::repeat(nan),
             curvature_per_mm: nan,

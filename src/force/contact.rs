@@ -27,6 +27,8 @@ pub struct Engaged {
     pub up_share: f64,
     /// The same by chip thickness.
     pub up_share_chip: f64,
+    /// Mean of cos φ over the arc, by chip thickness and by contact.
+    pub mean_cosine: [f64; 2],
     /// Middle of the contact from the axis: along the feed and to the left of it, mm.
     pub contact_mm: [f64; 2],
     /// Engaged arc by sectors of φ: section (mm²), contact of one tooth (mm²), middle from the axis as above (mm).
@@ -61,6 +63,7 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
     let (mut contact, mut section, mut up, mut way, mut height) = (0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut angle, mut last_slice) = (0.0, None);
     let (mut up_chip, mut middle, mut sectors) = (0.0, [0.0; 2], [[0.0; 4]; SECTORS]);
+    let (mut chip, mut cosine) = (0.0, [0.0; 2]);
     for arc in map.arcs_of(station) {
         let slice = &slices[arc.slice as usize];
         let (entry, exit) = (f64::from(arc.entry_rad), f64::from(arc.exit_rad));
@@ -71,6 +74,9 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
         up += swept * (2.0 * in_up - 1.0);
         let turn = |from: f64, to: f64| slice.radius_mm * slice.edge_mm * (from.cos() - to.cos());
         up_chip += turn(entry.min(FRAC_PI_2), exit.min(FRAC_PI_2)) - turn(entry.max(FRAC_PI_2), exit.max(FRAC_PI_2));
+        chip += turn(entry, exit);
+        cosine[0] += 0.5 * slice.radius_mm * slice.edge_mm * (exit.sin().powi(2) - entry.sin().powi(2));
+        cosine[1] += slice.radius_mm * slice.edge_mm * (exit.sin() - entry.sin());
         middle[0] += slice.radius_mm * turn(entry, exit);
         middle[1] += slice.radius_mm * slice.radius_mm * slice.edge_mm * (exit.sin() - entry.sin());
         for (k, sector) in sectors.iter_mut().enumerate() {
@@ -100,6 +106,7 @@ pub fn engaged(station: &Station, map: &EngagementMap, slices: &[Slice], flutes:
         immersion_rad: if height > 0.0 { angle / height * share } else { 0.0 },
         up_share: if contact > 0.0 { up / contact } else { 0.0 },
         up_share_chip: if section > 0.0 { up_chip / section } else { 0.0 },
+        mean_cosine: [cosine[0] / chip.max(1e-12), cosine[1] / contact.max(1e-12)],
         contact_mm: middle.map(|m| m / contact.max(1e-12)),
         sectors,
         axial_mm: f64::from(station.axial_depth_mm),
@@ -123,4 +130,39 @@ fn edge_piece(arc: &EngagedArc, slice: &Slice, tangent_z: f64) -> EdgePiece {
     let half = 0.5 * slice.dz_mm().abs();
     let from_to_mm = [slice.z_mm - half, slice.z_mm + half];
     EdgePiece { from_to_mm, section_and_contact_mm2: section_and_contact(arc, slice, tangent_z) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engage::map::StationFlags;
+    use crate::ids::MoveId;
+
+    #[test]
+    fn the_mean_cosine_is_that_of_a_sum_over_the_arc() {
+        const STEPS: u32 = 20_000;
+        let slices = [Slice { z_mm: 0.25, radius_mm: 5.0, edge_mm: 0.5, normal_r: 1.0, normal_z: 0.0, segment: 0 }];
+        for (entry, exit) in [(0.0, 1.2), (0.4, 2.9), (2.0, PI)] {
+            let arc = EngagedArc { slice: 0, entry_rad: entry as f32, exit_rad: exit as f32 };
+            let map = EngagementMap { arcs: vec![arc], ..EngagementMap::default() };
+            let station = Station {
+                move_id: MoveId(0),
+                from_mm: 0.0,
+                to_mm: 1.0,
+                removal_area_mm2: 1.0,
+                axial_depth_mm: 0.5,
+                first_arc: 0,
+                arc_count: 1,
+                at_ends: [0; 2],
+                flags: StationFlags::default(),
+            };
+            let found = engaged(&station, &map, &slices, 2, 0.0).mean_cosine;
+            let step = (exit - entry) / f64::from(STEPS);
+            let sums = (0..STEPS)
+                .map(|k| entry + step * (f64::from(k) + 0.5))
+                .fold([0.0; 3], |sum, phi| [sum[0] + phi.sin() * phi.cos(), sum[1] + phi.sin(), sum[2] + phi.cos()]);
+            let expected = [sums[0] / sums[1], sums[2] / f64::from(STEPS)];
+            assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 1e-6), "{entry}: {found:?} for {expected:?}");
+        }
+    }
 }

@@ -155,6 +155,7 @@ impl History {
             immersion_rad: engaged.immersion_rad,
             up_share: engaged.up_share,
             up_share_chip: engaged.up_share_chip,
+            mean_cosine: engaged.mean_cosine,
             position: at(engaged.contact_mm[0], engaged.contact_mm[1]),
             sectors: engaged.sectors_at(1.0, at),
             direction,

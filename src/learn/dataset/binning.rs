@@ -264,9 +264,9 @@ impl PlacedLog<'_> {
         let mut ratios = vec![0.0; data.slower.len()];
         let mut reading = 0.0;
         let (first, last) = (self.known.others.len(), data.variants.len() - 1);
-        // Sums over the cell of removal rate, contact rate and both weighted with the up share, for covariates that are
-        // their ratios.
-        let mut rates = [0.0; 4];
+        // Sums over the cell for covariates that are their ratios: removal rate, plain, by the up share and by the mean cosine; contact rate
+        // likewise.
+        let mut rates = [0.0; 6];
         // The spot that removes most in the cell: its removal rate times its share, and its index.
         let mut loaded: (f64, Option<usize>) = (0.0, None);
         for &i in members {
@@ -288,7 +288,10 @@ impl PlacedLog<'_> {
                 let speed_mm_s = self.feed_ratio(i) * spot.speed_mm_s();
                 let (removed, swept) =
                     (spot.engaged.section_mm2 * speed_mm_s, spot.engaged.contact_mm2 * self.rps(i, spot));
-                let more = [removed, swept, removed * spot.engaged.up_share_chip, swept * spot.engaged.up_share];
+                let [cosine_chip, cosine] = spot.engaged.mean_cosine;
+                let by_chip = [1.0, spot.engaged.up_share_chip, cosine_chip].map(|of| of * removed);
+                let by_contact = [1.0, spot.engaged.up_share, cosine].map(|of| of * swept);
+                let more = by_chip.into_iter().chain(by_contact);
                 rates.iter_mut().zip(more).for_each(|(r, m)| *r += share * m);
                 if share * removed > loaded.0 {
                     loaded = (share * removed, Some(index));
@@ -328,10 +331,10 @@ impl PlacedLog<'_> {
         let operation = Operation::of(&self.known.timeline.spots[spot]);
         data.kind.push(self.operations.binary_search(&operation).unwrap_or(self.operations.len()));
         let mut state = self.state(members, loaded.1);
-        if rates[0] > 1e-9 && rates[1] > 1e-9 {
-            state.chip_thickness_mm = rates[0] / rates[1];
-            state.up_share_chip = rates[2] / rates[0];
-            state.up_share = rates[3] / rates[1];
+        if rates[0] > 1e-9 && rates[3] > 1e-9 {
+            state.chip_thickness_mm = rates[0] / rates[3];
+            (state.up_share_chip, state.up_share) = (rates[1] / rates[0], rates[4] / rates[3]);
+            state.mean_cosine = [rates[2] / rates[0], rates[5] / rates[3]];
         }
         data.state.push(state);
     }

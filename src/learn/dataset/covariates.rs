@@ -81,6 +81,7 @@ impl PlacedLog<'_> {
         state.immersion_rad = e.immersion_rad;
         state.up_share = e.up_share;
         state.up_share_chip = e.up_share_chip;
+        state.mean_cosine = e.mean_cosine;
         let at =
             |along: f64, aside: f64| spot.from + (spot.to - spot.from) * share + spot.direction * along + left * aside;
         state.sectors = e.sectors_at(state.feed_per_tooth_mm, at);

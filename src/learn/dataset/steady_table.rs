@@ -293,6 +293,7 @@ pub(in crate::learn) fn states(table: &[SteadyRow], order: &[usize]) -> Vec<Stat
             immersion_rad: theta,
             up_share: up_share(row, theta),
             up_share_chip: up_share_chip(row, theta),
+            mean_cosine: mean_cosine(theta).map(|of_up| on_side(row.side, of_up)),
             curvature_per_mm: c.path_radius_mm.map_or(0.0, |radius| 1.0 / radius),
             along_edge: along_edge(row),
             ..State::default()
@@ -312,20 +313,44 @@ fn along_edge(row: &SteadyRow) -> AlongEdge {
 
 /// Share of the engaged arc in the up half minus that in the climb half; a cut beyond half the diameter has both.
 fn up_share(row: &SteadyRow, theta: f64) -> f64 {
-    let one_sided = if theta <= 0.5 * PI { 1.0 } else { (PI - theta) / theta };
-    match row.side {
-        Side::Up => one_sided,
-        Side::Down => -one_sided,
-        Side::Slot | Side::Centre => 0.0,
-    }
+    on_side(row.side, if theta <= 0.5 * PI { 1.0 } else { (PI - theta) / theta })
 }
 
 /// The same weighted with the chip thickness, sin φ.
 fn up_share_chip(row: &SteadyRow, theta: f64) -> f64 {
-    let one_sided = if theta <= 0.5 * PI { 1.0 } else { (1.0 + theta.cos()) / (1.0 - theta.cos()) };
-    match row.side {
-        Side::Up => one_sided,
-        Side::Down => -one_sided,
+    on_side(row.side, if theta <= 0.5 * PI { 1.0 } else { (1.0 + theta.cos()) / (1.0 - theta.cos()) })
+}
+
+/// Mean of cos φ over the arc 0 … θ of up-milling: by chip thickness sin φ, and by contact.
+fn mean_cosine(theta: f64) -> [f64; 2] {
+    [0.5 * (1.0 + theta.cos()), theta.sin() / theta]
+}
+
+/// What an arc that begins at one side of the tool has more in the up half than in the climb half, from its value of up-milling.
+fn on_side(side: Side, of_up: f64) -> f64 {
+    match side {
+        Side::Up => of_up,
+        Side::Down => -of_up,
         Side::Slot | Side::Centre => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mean_cosine_of_an_arc_is_that_of_a_sum_over_its_teeth() {
+        const STEPS: u32 = 10_000;
+        for theta in [0.2, 0.5 * PI, 2.0, PI] {
+            let sums = (0..STEPS)
+                .map(|k| theta * (f64::from(k) + 0.5) / f64::from(STEPS))
+                .fold([0.0; 3], |sum, phi| [sum[0] + phi.sin() * phi.cos(), sum[1] + phi.sin(), sum[2] + phi.cos()]);
+            let expected = [sums[0] / sums[1], sums[2] / f64::from(STEPS)];
+            let found = mean_cosine(theta);
+            assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 1e-6), "{theta}: {found:?} for {expected:?}");
+        }
+        let mirrored = [Side::Up, Side::Down, Side::Slot, Side::Centre].map(|side| on_side(side, 0.3));
+        assert_eq!(mirrored, [0.3, -0.3, 0.0, 0.0]);
     }
 }

@@ -244,7 +244,7 @@ mod tests {
     use crate::effects::{State, named};
     use crate::learn::dataset::samples::Data;
     use crate::learn::diagnose::diagnosis::Options;
-    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, in_first, made};
     use crate::path::Vec3;
 
     /// Blocks each cut in up or climb milling at one height; the load of each is larger by `share`.
@@ -264,8 +264,7 @@ mod tests {
         let split = fifths(data);
         let up_down = named("up-down-asymmetry").unwrap();
         let options = Options { candidates: vec![up_down], ..Options::default() };
-        let each = FittedEffect { effect: up_down, values: vec![0.1, 0.0], free: vec![true, false] };
-        let model = fit(data, &[each], FORM_ROUNDS).unwrap();
+        let model = fit(data, &[in_first(up_down.name, &[0.1])], FORM_ROUNDS).unwrap();
         begun(data, &split, &options, 1.0).contested(&model, true)
     }
 
@@ -307,8 +306,7 @@ mod tests {
             let split = fifths(&data);
             let [up_down, size] = ["up-down-asymmetry", "size-effect"].map(|name| named(name).unwrap());
             let options = Options { candidates: vec![up_down, size], ..Options::default() };
-            let each = FittedEffect { effect: up_down, values: vec![0.1, 0.0], free: vec![true, false] };
-            let model = fit(&data, &[each], FORM_ROUNDS).unwrap();
+            let model = fit(&data, &[in_first(up_down.name, &[0.1])], FORM_ROUNDS).unwrap();
             let Outcome::Exchanged(fitted) = begun(&data, &split, &options, 1.0).contested(&model, true) else {
                 panic!("the name stays")
             };

@@ -1,12 +1,13 @@
 //! Data for the tests of a diagnosis. In: the share by which each reading exceeds the load, and the state of each
 //! sample. Out: [`Data`] with one coefficient, and a diagnosis of it in five folds.
 
-use crate::effects::State;
+use crate::effects::{State, named};
 use crate::learn::dataset::samples::{Base, Class, Data, UNBOUNDED};
 use crate::learn::diagnose::diagnosis::{Diagnosis, Options};
 use crate::learn::diagnose::free_curve::along_all;
 use crate::learn::diagnose::trial_cache::TrialCache;
 use crate::learn::model::cross_validation::{Split, held_out_residuals};
+use crate::learn::model::design::FittedEffect;
 
 /// Number of blocks, and samples per block.
 pub(super) const BLOCKS: usize = 24;
@@ -34,6 +35,14 @@ pub(super) fn made(share: impl Fn(usize) -> f64, noise: f64, state: impl Fn(usiz
         kind: vec![0; n],
         ..Data::default()
     }
+}
+
+/// An effect with its first parameters fitted from these values; the others change nothing.
+pub(super) fn in_first(name: &str, values: &[f64]) -> FittedEffect {
+    let effect = named(name).unwrap();
+    let others = effect.parameters.iter().skip(values.len()).map(|parameter| parameter.neutral.unwrap());
+    let free = (0..effect.parameters.len()).map(|k| k < values.len()).collect();
+    FittedEffect { effect, values: values.iter().copied().chain(others).collect(), free }
 }
 
 /// Every fifth block left out in turn.

@@ -97,7 +97,7 @@ mod tests {
     use crate::effects::unnamed::{BEYOND, KNOTS};
     use crate::learn::dataset::samples::{Base, Class};
     use crate::learn::diagnose::diagnosis::Options;
-    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, in_first, made};
     use crate::learn::model::cross_validation::Split;
 
     /// A curve with two values of its covariate.
@@ -124,9 +124,7 @@ mod tests {
         let split = Split { test: vec![false; data.len()], fold, folds: 5, how: String::new() };
         let options = Options::default();
         let mut diagnosis = begun(&data, &split, &options, 1.0);
-        let effect = named("up-down-asymmetry").unwrap();
-        let values: Vec<f64> = effect.parameters.iter().map(|p| p.starts[0]).collect();
-        let sides = FittedEffect { effect, free: vec![true; values.len()], values };
+        let sides = in_first("up-down-asymmetry", &[0.0, 0.0]);
         let model = fit(&data, &[sides, along("unnamed-load-axial-depth", [3.0, 4.0])], FORM_ROUNDS).unwrap();
         let found = diagnosis.one_curve_for_both(&model)?;
         let [only] = &found.model.effects[..] else { panic!("one effect") };

@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use crate::effects::{State, named};
     use crate::learn::diagnose::diagnosis::Options;
-    use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
+    use crate::learn::diagnose::made_data::{EACH, begun, fifths, in_first, made};
     use crate::path::Vec3;
 
     /// Names that are left of a zone and of a difference between up and down milling, if the load is larger by the share `excess` in the
@@ -106,13 +106,8 @@ mod tests {
             ..State::default()
         };
         let data = made(|i| (1.0 + 0.2 * up(i)) * (1.0 + if is_hard(i) { excess } else { 0.0 }) - 1.0, 1.0, state);
-        let each = |name: &str, values: &[f64]| FittedEffect {
-            effect: named(name).unwrap(),
-            values: values.to_vec(),
-            free: vec![true; values.len()],
-        };
-        let zone = each("hard-zone", &[1.0, 30.0, 70.0, 38.0, 77.0, 0.05, 8.0]);
-        let up_down = each("up-down-asymmetry", &[0.2, 0.2]);
+        let zone = in_first("hard-zone", &[1.0, 30.0, 70.0, 38.0, 77.0, 0.05, 8.0]);
+        let up_down = in_first("up-down-asymmetry", &[0.2, 0.2]);
         let (split, options) = (fifths(&data), Options { candidates: Vec::new(), ..Options::default() });
         let model = fit(&data, &[zone, up_down], FORM_ROUNDS).unwrap();
         let pruned = begun(&data, &split, &options, 1.0).prune(model);

@@ -69,7 +69,7 @@ fn is_same_form(one: &FittedEffect, other: &FittedEffect) -> bool {
 mod tests {
     use super::*;
     use crate::effects::{State, named};
-    use crate::learn::diagnose::made_data::made;
+    use crate::learn::diagnose::made_data::{in_first, made};
     use crate::learn::model::fit::fit;
 
     #[test]
@@ -79,8 +79,8 @@ mod tests {
         let data = made(|i| 0.2 * up(i), 1.0, state);
         let up_down = named("up-down-asymmetry").unwrap();
         let with = |free: bool, rounds: usize| {
-            let each = FittedEffect { effect: up_down, values: vec![0.0, 0.0], free: vec![true, free] };
-            fit(&data, &[each], rounds).unwrap()
+            let both = [0.0, 0.0];
+            fit(&data, &[in_first(up_down.name, &both[..1 + usize::from(free)])], rounds).unwrap()
         };
         let (plain, model) = (fit(&data, &[], 0).unwrap(), with(false, 25));
         let trial = Trial { effect: up_down, fitted: model.clone(), gain: 1.0, score: 1.0 };
