@@ -195,6 +195,8 @@ fn what_the_spindle_does_is_in_doubt_until_it_is_known() {
         ("M4 and M3", "S8000 M4", "M3", Doubt::Reversed),
         ("M4 and M5", "S8000 M4", "M5", Doubt::Reversed),
         ("M4 and another tool", "S8000 M4", "T2 M6", Doubt::Reversed),
+        ("M14 and M13", "S8000 M14", "M13", Doubt::Reversed),
+        ("M14 and M19", "S8000 M14", "M19", Doubt::Reversed),
         ("cutting speed and speed", "G96 S200 M3", "G97 S8000", Doubt::SurfaceSpeed),
     ] {
         let text = format!("G21 G90 G17\nT1 M6\n{from}\nG0 X0. Y0. Z5.\nG1 Z-2. F300.\n{until}\nX20.\nM30\n");
@@ -209,6 +211,36 @@ fn what_the_spindle_does_is_in_doubt_until_it_is_known() {
     let tapped =
         read("G21 G90\nT1 M6\nS500 M3\nG84 X5. Y5. Z-9. R2. F625.\nG80\nG1 X9. F99.\nM30\n", Dialect::Fanuc, &bare());
     assert!(tapped.doubts.is_empty(), "{:?}", tapped.doubts);
+}
+
+/// What starts the spindle and what lets it stand. A spindle that stands in a cut forbids every rise.
+#[test]
+fn a_spindle_stands_after_it_was_oriented() {
+    let turns = |dialect: Dialect, event: &str| {
+        let text = format!("G21 G90 G17\nT1 M6\n{event}\nG0 X0 Y0 Z5\nG1 Z-2 F300\nM30\n");
+        let path = read(&text, dialect, &bare());
+        let last = path.moves.last().unwrap().spin;
+        last.rps * if last.reverse { -1.0 } else { 1.0 }
+    };
+    for (dialect, event, rps) in [
+        (Dialect::Fanuc, "S600 M13", 10.0),
+        (Dialect::Fanuc, "S600 M14", -10.0),
+        (Dialect::Haas, "S600 M13", 0.0),
+        (Dialect::Fanuc, "S600 M3\nM19", 0.0),
+        (Dialect::LinuxCnc, "S600 M3\nM19 R90", 0.0),
+        (Dialect::LinuxCnc, "S600 M3\nM70", 10.0),
+        (Dialect::Fanuc, "S600 M3\nM19\nM3", 10.0),
+        (Dialect::Siemens, "S600 M3\nSPOS=90", 0.0),
+        (Dialect::Siemens, "S600 M3\nSPOSA=DC(90)", 0.0),
+        (Dialect::Siemens, "S600 M3\nM70", 0.0),
+    ] {
+        assert_eq!(turns(dialect, event), rps, "{dialect:?} {event}");
+    }
+    let text =
+        "0 BEGIN PGM P MM\n1 TOOL CALL 1 Z S600\n2 L X+0 Y+0 Z+5 FMAX M13\n3 L Z-2 F300\n4 L X+5 M14\n5 END PGM P MM\n";
+    let path = read(text, Dialect::Heidenhain, &bare());
+    assert_eq!(path.moves[1].spin.rps, 10.0);
+    assert!(path.doubts.iter().any(|of| of.doubt == Doubt::Reversed));
 }
 
 /// The first length offset of a tool is taken for the one that the setup describes; another one moves its tip.
