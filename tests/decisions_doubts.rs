@@ -243,6 +243,32 @@ fn a_spindle_stands_after_it_was_oriented() {
     assert!(path.doubts.iter().any(|of| of.doubt == Doubt::Reversed));
 }
 
+/// After a probing move, or one to a place of the control's own, nothing rises until the axes are commanded to absolute positions.
+#[test]
+fn a_move_from_where_only_the_control_knows_does_not_rise() {
+    for (name, event, dialect) in [
+        ("touched somewhere", "G31 Z-6. F50.", Dialect::Fanuc),
+        ("touched somewhere", "G38.2 Z-6. F50.\nG1 F600.", Dialect::LinuxCnc),
+        ("reference point", "G91 G28 Z0\nG90", Dialect::Fanuc),
+        ("machine coordinates", "G53 G0 Z-100.\nG1", Dialect::Haas),
+        ("homed", "$H", Dialect::Grbl),
+        ("jogged", "$J=G91 Z-1 F100", Dialect::Grbl),
+    ] {
+        let text = format!(
+            "G21 G90 G17\nT1 M6\nS8000 M3\nG0 X0. Y0. Z5.\nG1 Z-2. F300.\n{event}\nG1 X20. F600.\nG0 X0. Y9. Z5.\nG1 X20.\nM30\n"
+        );
+        let path = read(&text, dialect, &bare());
+        let line = 6 + event.lines().count() as u32;
+        let placed = |line: u32| path.iter_moves().filter(move |(_, m)| m.line == line).all(|(_, m)| m.placed);
+        assert!(!placed(line) && placed(line + 2), "{name}: {:?}", path.moves);
+        assert!(placed(5), "{name}");
+    }
+    for command in ["$X", "$10=3"] {
+        let path = read(&format!("G21 G90\nG1 X5. F300.\n{command}\nX9.\nM30\n"), Dialect::Grbl, &bare());
+        assert!(path.moves.iter().all(|motion| motion.placed), "{command}");
+    }
+}
+
 /// The first length offset of a tool is taken for the one that the setup describes; another one moves its tip.
 #[test]
 fn another_length_of_the_same_tool_is_a_doubt() {

@@ -265,19 +265,21 @@ pub struct Place {
     pub tool: Vec3,
     /// Has this axis been commanded, or was its position known from the start?
     pub known: [bool; 3],
-    /// May this axis stand elsewhere than assumed? So after a block under the block-delete switch, a probing move, a block that was not
-    /// understood, or a reference point that the setup does not give, until the axis is commanded to an absolute position.
+    /// Does only the control know where this axis stands? So after a probing move, a block that was not understood, a command to the control
+    /// itself, or a reference point that the setup does not give, until the axis is commanded to an absolute position.
     pub elsewhere: [bool; 3],
     /// May this axis stand elsewhere because of a doubt? Until it is commanded to an absolute position no block is cut in pieces.
     pub displaced: [bool; 3],
     /// A probing move was made.
+    /// Does it depend on the block-delete switch where this axis stands?
+    pub by_switch: [bool; 3],
     pub probed: bool,
 }
 
 impl Place {
     /// Is the place of this axis not known: never commanded, after a probing move, after something not understood?
     pub fn is_open(&self, axis: usize) -> bool {
-        !self.known[axis] || self.elsewhere[axis]
+        !self.known[axis] || self.elsewhere[axis] || self.by_switch[axis]
     }
 }
 
