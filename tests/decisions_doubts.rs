@@ -323,12 +323,25 @@ fn names_that_a_siemens_program_did_not_define_are_the_controls() {
         ("G0 Z1=-10", Doubt::UnknownCode),
         ("OVR=50", Doubt::UnknownCode),
         ("TCARR=1", Doubt::ToolLength),
+        ("FGROUP(X,Y)", Doubt::UnknownCode),
+        ("G1 AP=30 RP=20", Doubt::UnknownCode),
+        ("G1 X30 ANG=20", Doubt::UnknownCode),
     ] {
         let (found, probing) = doubts(event);
         assert!(found.contains(&doubt), "{event}: {found:?}");
         assert_eq!(probing, doubt == Doubt::Probe, "{event}");
     }
-    for event in ["R5=3", "DEF REAL DEEP\nDEEP=5", "_ZSD=1", "SPOS=90", "ADIS=0.5", "S2=500", "CTOL=0.01"] {
+    for event in [
+        "FGROUP()",
+        "FGROUP(X,Y,Z,A)",
+        "R5=3",
+        "DEF REAL DEEP\nDEEP=5",
+        "_ZSD=1",
+        "SPOS=90",
+        "ADIS=0.5",
+        "S2=500",
+        "CTOL=0.01",
+    ] {
         assert_eq!(doubts(event).0, [], "{event}");
     }
 }

@@ -233,6 +233,7 @@ impl Interpreter<'_, Siemens> {
                 self.not_understood("nc::not-understood", token.span, text, "");
             }
             ("AR" | "AP" | "RP" | "ANG", _) => {
+                self.doubt(Doubt::UnknownCode, token.span);
                 let text = format!("{name} is not followed: the block is read without it");
                 self.not_understood("nc::not-understood", token.span, text, "");
             }
@@ -262,9 +263,9 @@ impl Interpreter<'_, Siemens> {
                 self.doubt(Doubt::Probe, place);
             }
             ("TOFFL" | "TOFF" | "TOFFR" | "TCARR" | "DL", _) => self.tool_length.now = Length::Other,
-            _ if SETTINGS_WITHOUT_EFFECT.contains(&base) => {}
             // The spindle stands at an angle until it is started again.
             ("SPOS" | "SPOSA", _) => self.turn(0),
+            _ if SETTINGS_WITHOUT_EFFECT.contains(&base) => {}
             (_, Some(b'A' | b'B' | b'C')) if digits => {
                 if value != 0.0 || self.rotary.zero_lost {
                     self.rotary.zero_lost = true;
