@@ -385,6 +385,19 @@ fn what_plain_language_leaves_open_is_a_doubt() {
         let doubts = read(event);
         assert!(doubts.iter().any(|d| d.doubt == Doubt::UnknownCode && d.line == 6), "{name}: {doubts:?}");
     }
+    for (name, event, doubt) in [
+        ("a line of a datum table", "5 CYCL DEF 7.0 DATUM SHIFT\n6 CYCL DEF 7.1 #5", Doubt::ZeroShift),
+        ("a preset after a cut", "5 CYCL DEF 247 DATUM SETTING ~\nQ339=+1", Doubt::WorkOffset),
+        ("the same in one line", "5 CYCL DEF 247 DATUM SETTING Q339=+1", Doubt::WorkOffset),
+        (
+            "a program as a cycle",
+            "5 CYCL DEF 12.0 PGM CALL\n6 CYCL DEF 12.1 LOT31\n7 L X+40 M99",
+            Doubt::MissingProgram,
+        ),
+    ] {
+        let doubts = read(event);
+        assert!(doubts.iter().any(|d| d.doubt == doubt), "{name}: {doubts:?}");
+    }
     for (name, event) in [
         ("a sum", "5 FN 1: Q5 = +3 + +4"),
         ("a value read", "5 FN 18: SYSREAD Q25 = ID210 NR4 IDX3"),

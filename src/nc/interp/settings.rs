@@ -201,7 +201,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.not_understood("nc::frame", place, text, help);
     }
 
-    fn feed_mode(&mut self, mode: FeedMode) {
+    pub(crate) fn feed_mode(&mut self, mode: FeedMode) {
         if self.modal.feed_mode != mode {
             self.modal.feed_mode = mode;
             self.modal.feed = FeedWord { value: 0.0, word: None, computed: false };
