@@ -354,6 +354,18 @@ fn proposed_limits_are_written_into_the_setup_and_hold() {
 }
 
 #[test]
+fn limits_that_cannot_be_put_into_the_setup_leave_no_report() {
+    let dir = bench();
+    let setup = dir.path().join("part.setup.toml");
+    fs::write(&setup, SETUP.replace("force_xy = 80", "")).unwrap();
+    let mut permissions = fs::metadata(&setup).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&setup, permissions).unwrap();
+    feedwright(dir.path()).args(["limits", "part.nc", "--write", "--json", "l.json"]).assert().code(2);
+    assert!(!dir.path().join("l.json").exists());
+}
+
+#[test]
 fn the_same_bytes_for_any_number_of_threads() {
     let dir = bench();
     let run = |threads: &str| {

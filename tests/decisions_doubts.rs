@@ -195,6 +195,8 @@ fn what_the_spindle_does_is_in_doubt_until_it_is_known() {
         ("M4 and M3", "S8000 M4", "M3", Doubt::Reversed),
         ("M4 and M5", "S8000 M4", "M5", Doubt::Reversed),
         ("M4 and another tool", "S8000 M4", "T2 M6", Doubt::Reversed),
+        ("M14 and M13", "S8000 M14", "M13", Doubt::Reversed),
+        ("M14 and M19", "S8000 M14", "M19", Doubt::Reversed),
         ("cutting speed and speed", "G96 S200 M3", "G97 S8000", Doubt::SurfaceSpeed),
     ] {
         let text = format!("G21 G90 G17\nT1 M6\n{from}\nG0 X0. Y0. Z5.\nG1 Z-2. F300.\n{until}\nX20.\nM30\n");
@@ -209,6 +211,62 @@ fn what_the_spindle_does_is_in_doubt_until_it_is_known() {
     let tapped =
         read("G21 G90\nT1 M6\nS500 M3\nG84 X5. Y5. Z-9. R2. F625.\nG80\nG1 X9. F99.\nM30\n", Dialect::Fanuc, &bare());
     assert!(tapped.doubts.is_empty(), "{:?}", tapped.doubts);
+}
+
+/// What starts the spindle and what lets it stand. A spindle that stands in a cut forbids every rise.
+#[test]
+fn a_spindle_stands_after_it_was_oriented() {
+    let turns = |dialect: Dialect, event: &str| {
+        let text = format!("G21 G90 G17\nT1 M6\n{event}\nG0 X0 Y0 Z5\nG1 Z-2 F300\nM30\n");
+        let path = read(&text, dialect, &bare());
+        let last = path.moves.last().unwrap().spin;
+        last.rps * if last.reverse { -1.0 } else { 1.0 }
+    };
+    for (dialect, event, rps) in [
+        (Dialect::Fanuc, "S600 M13", 10.0),
+        (Dialect::Fanuc, "S600 M14", -10.0),
+        (Dialect::Haas, "S600 M13", 0.0),
+        (Dialect::Fanuc, "S600 M3\nM19", 0.0),
+        (Dialect::LinuxCnc, "S600 M3\nM19 R90", 0.0),
+        (Dialect::LinuxCnc, "S600 M3\nM70", 10.0),
+        (Dialect::Fanuc, "S600 M3\nM19\nM3", 10.0),
+        (Dialect::Siemens, "S600 M3\nSPOS=90", 0.0),
+        (Dialect::Siemens, "S600 M3\nSPOSA=DC(90)", 0.0),
+        (Dialect::Siemens, "S600 M3\nM70", 0.0),
+    ] {
+        assert_eq!(turns(dialect, event), rps, "{dialect:?} {event}");
+    }
+    let text =
+        "0 BEGIN PGM P MM\n1 TOOL CALL 1 Z S600\n2 L X+0 Y+0 Z+5 FMAX M13\n3 L Z-2 F300\n4 L X+5 M14\n5 END PGM P MM\n";
+    let path = read(text, Dialect::Heidenhain, &bare());
+    assert_eq!(path.moves[1].spin.rps, 10.0);
+    assert!(path.doubts.iter().any(|of| of.doubt == Doubt::Reversed));
+}
+
+/// After a probing move, or one to a place of the control's own, nothing rises until the axes are commanded to absolute positions.
+#[test]
+fn a_move_from_where_only_the_control_knows_does_not_rise() {
+    for (name, event, dialect) in [
+        ("touched somewhere", "G31 Z-6. F50.", Dialect::Fanuc),
+        ("touched somewhere", "G38.2 Z-6. F50.\nG1 F600.", Dialect::LinuxCnc),
+        ("reference point", "G91 G28 Z0\nG90", Dialect::Fanuc),
+        ("machine coordinates", "G53 G0 Z-100.\nG1", Dialect::Haas),
+        ("homed", "$H", Dialect::Grbl),
+        ("jogged", "$J=G91 Z-1 F100", Dialect::Grbl),
+    ] {
+        let text = format!(
+            "G21 G90 G17\nT1 M6\nS8000 M3\nG0 X0. Y0. Z5.\nG1 Z-2. F300.\n{event}\nG1 X20. F600.\nG0 X0. Y9. Z5.\nG1 X20.\nM30\n"
+        );
+        let path = read(&text, dialect, &bare());
+        let line = 6 + event.lines().count() as u32;
+        let placed = |line: u32| path.iter_moves().filter(move |(_, m)| m.line == line).all(|(_, m)| m.placed);
+        assert!(!placed(line) && placed(line + 2), "{name}: {:?}", path.moves);
+        assert!(placed(5), "{name}");
+    }
+    for command in ["$X", "$10=3"] {
+        let path = read(&format!("G21 G90\nG1 X5. F300.\n{command}\nX9.\nM30\n"), Dialect::Grbl, &bare());
+        assert!(path.moves.iter().all(|motion| motion.placed), "{command}");
+    }
 }
 
 /// The first length offset of a tool is taken for the one that the setup describes; another one moves its tip.
@@ -265,12 +323,25 @@ fn names_that_a_siemens_program_did_not_define_are_the_controls() {
         ("G0 Z1=-10", Doubt::UnknownCode),
         ("OVR=50", Doubt::UnknownCode),
         ("TCARR=1", Doubt::ToolLength),
+        ("FGROUP(X,Y)", Doubt::UnknownCode),
+        ("G1 AP=30 RP=20", Doubt::UnknownCode),
+        ("G1 X30 ANG=20", Doubt::UnknownCode),
     ] {
         let (found, probing) = doubts(event);
         assert!(found.contains(&doubt), "{event}: {found:?}");
         assert_eq!(probing, doubt == Doubt::Probe, "{event}");
     }
-    for event in ["R5=3", "DEF REAL DEEP\nDEEP=5", "_ZSD=1", "SPOS=90", "ADIS=0.5", "S2=500", "CTOL=0.01"] {
+    for event in [
+        "FGROUP()",
+        "FGROUP(X,Y,Z,A)",
+        "R5=3",
+        "DEF REAL DEEP\nDEEP=5",
+        "_ZSD=1",
+        "SPOS=90",
+        "ADIS=0.5",
+        "S2=500",
+        "CTOL=0.01",
+    ] {
         assert_eq!(doubts(event).0, [], "{event}");
     }
 }
@@ -313,6 +384,19 @@ fn what_plain_language_leaves_open_is_a_doubt() {
     ] {
         let doubts = read(event);
         assert!(doubts.iter().any(|d| d.doubt == Doubt::UnknownCode && d.line == 6), "{name}: {doubts:?}");
+    }
+    for (name, event, doubt) in [
+        ("a line of a datum table", "5 CYCL DEF 7.0 DATUM SHIFT\n6 CYCL DEF 7.1 #5", Doubt::ZeroShift),
+        ("a preset after a cut", "5 CYCL DEF 247 DATUM SETTING ~\nQ339=+1", Doubt::WorkOffset),
+        ("the same in one line", "5 CYCL DEF 247 DATUM SETTING Q339=+1", Doubt::WorkOffset),
+        (
+            "a program as a cycle",
+            "5 CYCL DEF 12.0 PGM CALL\n6 CYCL DEF 12.1 LOT31\n7 L X+40 M99",
+            Doubt::MissingProgram,
+        ),
+    ] {
+        let doubts = read(event);
+        assert!(doubts.iter().any(|d| d.doubt == doubt), "{name}: {doubts:?}");
     }
     for (name, event) in [
         ("a sum", "5 FN 1: Q5 = +3 + +4"),

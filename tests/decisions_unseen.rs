@@ -65,6 +65,7 @@ fn the_feed_that_something_unseen_may_use_stays() {
         (Dialect::Fanuc, "#101=# 4109"),
         (Dialect::Fanuc, "#101=#[4100+9]"),
         (Dialect::Fanuc, "#1=4309\n#101=##1"),
+        (Dialect::Fanuc, "#101=#[#500]"),
         (Dialect::Fanuc, "#101=#4509"),
         (Dialect::Fanuc, "M98 P2000 Q20"),
         (Dialect::LinuxCnc, "#101=#<_FEED>"),

@@ -633,9 +633,15 @@ fn frames_of_plain_language_keep_feeds_until_they_end() {
     }
     let both = frozen("M128\nPLANE SPATIAL SPA+30 SPB+0 SPC+0 STAY", "PLANE RESET STAY");
     assert_eq!(both, [false, true, true], "M128 is still in force");
-    assert_eq!(frozen("CYCL DEF 247 DATUM SETTING ~\nQ339=+1 ;DATUM NUMBER", ""), [false, false, false]);
-    let other = "CYCL DEF 247 ~\nQ339=+1\nL X+9\nCYCL DEF 247 ~\nQ339=+2";
-    assert_eq!(frozen(other, ""), [false, false, true, true], "another preset lies elsewhere");
+    assert_eq!(frozen("CYCL DEF 247 DATUM SETTING ~\nQ339=+1 ;DATUM NUMBER", ""), [false, true, true], "after a cut");
+    let presets = |first: &str, second: &str| {
+        let path = plain(&format!("TOOL CALL 1 Z S3000\nL Z-1 FMAX M91\n{first}\nL X+1 F500\n{second}\nL X+2"));
+        path.moves[1..].iter().map(|motion| motion.freeze == Some(Freeze::NotUnderstood)).collect::<Vec<_>>()
+    };
+    let of = |number: u32| format!("CYCL DEF 247 DATUM SETTING ~\nQ339=+{number} ;DATUM NUMBER");
+    assert_eq!(presets(&of(1), &of(1)), [false, false]);
+    assert_eq!(presets(&of(1), &of(2)), [false, true], "another preset lies elsewhere");
+    assert_eq!(presets("CYCL DEF 247 DATUM SETTING Q339=+1", &of(2)), [false, true], "in one line");
 }
 
 /// What only the control knows is not 0: its words are left out and said, its cycle is kept.

@@ -6,7 +6,7 @@
 #[path = "common/rewriting.rs"]
 mod rewriting;
 
-use feedwright::nc::{self, Dialect, Doubt, Environment, Freeze, Toolpath};
+use feedwright::nc::{self, Dialect, Doubt, Environment, FeedMode, Freeze, Toolpath};
 use feedwright::path::Curve;
 use rewriting::{check, job, parse, schedule, surroundings, toolpath};
 
@@ -276,6 +276,41 @@ fn no_block_is_ever_cut_for_all_that_follow_would_be_renumbered() {
 fn oversize_of_the_tool_call_widens_the_path() {
     let path = read_beside("TOOL CALL Z S5000 DR+0.5\nL X+0 Y+0 RL F100\nL Y+60");
     assert_eq!((path.moves[1].tool, path.moves[2].curve().to().x), (1, -5.5));
+}
+
+#[test]
+fn a_longer_tool_stands_higher() {
+    let heights = |lines: &str| -> Vec<f64> { read(lines).moves.iter().map(|motion| motion.curve().to().z).collect() };
+    let cut = "L X+0 Z+5 FMAX M3\nL Z-2 F300\n";
+    assert_eq!(heights(&format!("TOOL CALL 1 Z S3000 DL+0.25 DR+0.1\n{cut}")), [5.25, -1.75]);
+    let of_two = format!("TOOL CALL 1 Z S3000 DL-0.5\n{cut}TOOL CALL 2 Z S3000\nL Z-2 F300\n");
+    assert_eq!(heights(&of_two), [4.5, -2.5, -2.0]);
+}
+
+#[test]
+fn mirror_and_scaling_act_together() {
+    let turned = "L X+10 Y+5 F300\nCYCL DEF 8.0 MIRROR\nCYCL DEF 8.1 X\nCYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 0.5\nL X+20 Y+6\n";
+    assert_ends(turned, &[[10.0, 5.0], [-10.0, 3.0]]);
+    let back = format!("{turned}CYCL DEF 8.0 MIRROR\nCYCL DEF 8.1\nL X+20 Y+6\n");
+    assert_ends(&back, &[[10.0, 5.0], [-10.0, 3.0], [10.0, 3.0]]);
+    let scaled_first =
+        "CYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 2\nCYCL DEF 8.0 MIRROR\nCYCL DEF 8.1 Y\nL X+20 Y+6 F300\n";
+    assert_ends(scaled_first, &[[40.0, -12.0]]);
+}
+
+#[test]
+fn a_feed_per_turn_is_one_until_it_ends() {
+    let path = read("TOOL CALL 1 Z S3000\nL X+0 FMAX M3\nL X+10 F600\nL X+20 F0.2 M136\nL X+30\nL X+40 F500 M137\n");
+    let feeds: Vec<f64> = path.moves[1..].iter().map(|motion| (60.0 * motion.feed.mm_s).round()).collect();
+    assert_eq!(feeds, [600.0, 600.0, 600.0, 500.0]);
+    let modes: Vec<bool> = path.moves[1..].iter().map(|motion| motion.feed.mode == FeedMode::PerRev).collect();
+    assert_eq!(modes, [false, true, true, false]);
+}
+
+#[test]
+fn a_tolerance_is_no_tool() {
+    let path = read("TOOL CALL 1 Z S3000\nL X+0 FMAX M3\nM124 T0.01\nL X+10 F600 M112 T0.02\n");
+    assert!(path.moves.iter().all(|motion| motion.tool == 1), "{:?}", path.moves);
 }
 
 #[test]

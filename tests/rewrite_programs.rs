@@ -7,7 +7,7 @@
 mod rewriting;
 
 use feedwright::machine::{Annotate, Job};
-use feedwright::nc::{Dialect, Toolpath, interpret};
+use feedwright::nc::{Dialect, MoveKind, Toolpath, interpret};
 use feedwright::schedule::Schedule;
 use rewriting::{check, job, parse, schedule, surroundings, toolpath, unchanged};
 
@@ -252,7 +252,7 @@ fn block_delete_is_safe_in_both_positions() {
         for (a, b) in before.moves.iter().zip(&after.moves).filter(|(a, _)| a.line == 4) {
             assert!((a.feed.mm_s - b.feed.mm_s).abs() < 1e-9, "the block under the switch keeps its feed\n{out}");
         }
-        for motion in after.moves.iter().filter(|motion| motion.kind == feedwright::nc::MoveKind::Feed) {
+        for motion in after.moves.iter().filter(|motion| motion.kind == MoveKind::Feed) {
             assert!(motion.feed.mm_s <= 20.0 + 1e-9, "{out}");
         }
     }
@@ -267,6 +267,25 @@ fn inverse_time_and_per_revolution_keep_their_unit() {
     let turning = "G21 G90 S3000 M3\nG0 X0\nG95 G1 X10 F.1\nX20\n";
     let out = rewritten(turning, Dialect::LinuxCnc, &quiet(), scaled(1.5));
     assert_eq!(out, "G21 G90 S3000 M3\nG0 X0\nG95 G1 X10 F.15\nX20\n");
+}
+
+/// F of a piece in inverse time belongs to its length as written, which its rounded end changes.
+#[test]
+fn a_piece_in_inverse_time_is_not_faster_for_its_rounded_end() {
+    for (dialect, text) in [
+        (Dialect::LinuxCnc, "G21 G90\nG0 X0 Y0\nG93\nG1 X3.333 Y1.111 F60\n"),
+        (Dialect::LinuxCnc, "G20 G90\nG0 X0 Y0\nG93\nG1 X0.1333 Y0.0711 F60\n"),
+        (Dialect::Fanuc, "G21 G90\nG0 X0 Y0\nG93\nG1 X7 Y0 F60\n"),
+    ] {
+        let out = rewritten(text, dialect, &quiet(), halves);
+        let path = interpret(&parse(out.as_bytes(), dialect), &surroundings());
+        let cuts: Vec<_> = path.moves.iter().filter(|motion| motion.kind == MoveKind::Feed).collect();
+        // F60: once a second.
+        let programmed_mm_s = cuts.iter().map(|motion| motion.curve().length()).sum::<f64>();
+        let ratios: Vec<f64> = cuts.iter().map(|motion| motion.feed.mm_s / programmed_mm_s).collect();
+        assert!(ratios.len() == 2 && ratios[0] < 0.500_01 && ratios[1] < 2.000_01, "{ratios:?}: {out}");
+        assert!(ratios[0] > 0.495 && ratios[1] > 1.98, "{ratios:?}: {out}");
+    }
 }
 
 #[test]

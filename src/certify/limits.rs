@@ -64,5 +64,8 @@ pub fn not_covered(tool: &Tool, limits: &[(LimitKind, f64)]) -> Option<String> {
 pub fn unknown_motion(motion: &Move) -> Option<&'static str> {
     use Freeze::{BlockDelete, Compensation, NoFeed, NotUnderstood, OtherFile, Rotary};
     let doubtful = [Rotary, NotUnderstood, NoFeed, OtherFile, Compensation, BlockDelete];
+    if !motion.placed {
+        return Some("only the control knows where it begins");
+    }
     motion.freeze.filter(|freeze| doubtful.contains(freeze)).map(Freeze::why)
 }

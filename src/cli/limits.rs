@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use super::error::CliError;
 use super::input;
 use super::options::{Common, Global};
-use super::output::{Kind, Outputs};
+use super::output::{Kind, Output, Outputs};
 use super::screen::{self, Screen};
 use super::work::{inputs, run};
 use crate::job;
@@ -103,9 +103,18 @@ struct LoadPart {
 /// Prints the distributions.
 pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
     let source = input::program(&command.program)?;
-    let mut outputs = Outputs::new(inputs(&source, command.common.setup(), global), global.force);
+    let setup = command.common.setup.clone().or_else(|| input::beside(&source)).filter(|_| command.write);
+    let mut read = inputs(&source, command.common.setup(), global);
+    read.retain(|path| Some(path) != setup.as_ref());
+    let mut outputs = Outputs::new(read, global.force);
     let json = command.common.json().map(|path| outputs.open(path, Kind::Json)).transpose()?;
-    let setup = command.common.setup.clone().or_else(|| input::beside(&source));
+    let into_setup = match setup {
+        Some(path) => Some((outputs.open_over(&path, Kind::Setup)?, path)),
+        None if command.write => {
+            return Err(CliError::new("--write has no setup to write into", "make one with `feedwright init`"));
+        }
+        None => None,
+    };
     let done = run(source, command.common.setup(), job::simulate, global, job::Wanted::default(), screen)?;
     let (toolpath, map) = (&done.run.toolpath, &done.run.map);
     let found = distributions(&whole_tools(toolpath, map), toolpath, map, &done.run.job);
@@ -124,15 +133,14 @@ pub fn limits(command: &Limits, global: &Global, screen: Screen) -> Result<Outco
             let file = &done.source.name;
             let report = Report { written_by: crate::report::WRITTEN_BY, file, tools, operations, proposed };
             output.write((serde_json::to_string_pretty(&report).expect("plain data") + "\n").as_bytes())?;
-            outputs.commit()?;
         }
         None => screen::print(&words(&tools, &operations, &proposals, done.run.job.inch))?,
     }
-    if command.write {
-        let Some(path) = setup else {
-            return Err(CliError::new("--write has no setup to write into", "make one with `feedwright init`"));
-        };
-        write(&path, &proposals, done.run.job.inch, screen)?;
+    let written = into_setup.map(|(output, path)| write(output, &path, &proposals, done.run.job.inch, screen));
+    let written = written.transpose()?;
+    outputs.commit()?;
+    if let Some(said) = written {
+        screen.say(&said);
     }
     Ok(Outcome::Done)
 }
@@ -271,8 +279,8 @@ fn in_setup(kind: LimitKind, value: f64, inch: bool) -> String {
     short(kind.in_report_unit(value) / setup_unit(kind, inch).1)
 }
 
-/// Puts the proposals into the setup.
-fn write(path: &Path, proposals: &[Proposal], inch: bool, screen: Screen) -> Result<(), CliError> {
+/// Puts the proposals into the setup, and gives the sentence that says so.
+fn write(output: Output, path: &Path, proposals: &[Proposal], inch: bool, screen: Screen) -> Result<String, CliError> {
     let text = std::fs::read_to_string(path).map_err(|error| CliError::file("read", path, &error))?;
     let amendments: Vec<Amendment> =
         proposals.iter().filter(|one| !one.items.is_empty()).map(|one| amendment(one, inch)).collect();
@@ -286,14 +294,10 @@ fn write(path: &Path, proposals: &[Proposal], inch: bool, screen: Screen) -> Res
         screen.say(&format!("kept      {sentence}"));
     }
     if new == text {
-        screen.say(&format!("unchanged {}: it has every limit that is proposed", path.display()));
-        return Ok(());
+        return Ok(format!("unchanged {}: it has every limit that is proposed", path.display()));
     }
-    let mut outputs = Outputs::new([], true);
-    outputs.open(path, Kind::Setup)?.write(new.as_bytes())?;
-    outputs.commit()?;
-    screen.say(&format!("written   {}", path.display()));
-    Ok(())
+    output.write(new.as_bytes())?;
+    Ok(format!("written   {}", path.display()))
 }
 
 fn amendment(proposal: &Proposal, inch: bool) -> Amendment {

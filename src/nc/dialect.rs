@@ -110,6 +110,8 @@ pub(crate) struct Properties {
     pub(crate) settings_by_m: bool,
     /// It may be the firmware of a printer or router: M92, M203 … set that firmware.
     pub(crate) firmware: bool,
+    /// M13 and M14 start the spindle clockwise and counter-clockwise, with coolant; on a Haas M13 belongs to the brake of a rotary axis.
+    pub(crate) m13_starts_spindle: bool,
     /// `,R` and `,C` round or chamfer a corner.
     pub(crate) corner_words: bool,
     /// F is taken in before G20 and G21 of its block.
@@ -196,6 +198,7 @@ const GENERIC: Properties = Properties {
     dollar_commands: false,
     settings_by_m: true,
     firmware: true,
+    m13_starts_spindle: true,
     corner_words: true,
     feed_before_unit: false,
     retract_to_r: false,
@@ -238,6 +241,7 @@ const TABLE: &[Properties] = &[
         dialect: Dialect::Haas,
         name: "haas",
         m_codes: M_HAAS,
+        m13_starts_spindle: false,
         r_plane_optional: true,
         scales_in_thousandths: false,
         ..FANUC

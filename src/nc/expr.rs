@@ -61,6 +61,12 @@ impl Parameters {
     pub fn take_feed_read(&self) -> bool {
         self.feed_read.take()
     }
+    /// The number of a variable was worked out, before which so many variables without a value had been read. If there are more now, it may be
+    /// any number, one that holds the feed in force too.
+    fn read_by_unknown_number(&self, unset_before: usize) {
+        let unknown = self.vacancy && self.unset.borrow().len() > unset_before;
+        self.feed_read.set(self.feed_read.get() || unknown);
+    }
     /// Sets those that hold the feed in force.
     pub fn set_feed(&mut self, feed: f64) {
         if self.vacancy {
@@ -226,8 +232,12 @@ impl Reader<'_> {
             Some(b'[' | b'(') => self.brackets(),
             Some(b'#') => {
                 self.at += 1;
+                let known = self.parameters.unset.borrow().len();
                 match self.target()? {
-                    Target::Number(index) => Ok(self.parameters.operand(index)),
+                    Target::Number(index) => {
+                        self.parameters.read_by_unknown_number(known);
+                        Ok(self.parameters.operand(index))
+                    }
                     Target::Name(name) => match self.parameters.name(&name) {
                         Some(value) => Ok(Operand::of(value)),
                         None => Err(ExprError::Unknown(format!("#<{name}>"))),

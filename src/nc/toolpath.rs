@@ -179,6 +179,8 @@ pub struct Move {
     pub freeze: Option<Freeze>,
     /// May the block be cut in pieces? False for cycles, calls, compensation, M S T words, R arcs near a half turn …
     pub splittable: bool,
+    /// Is it known where it begins? False while only the control knows where an axis stands.
+    pub placed: bool,
     from: Vec3,
     to: Vec3,
     /// Centre and sweep of an arc; boxed, because few moves are arcs.
@@ -203,8 +205,8 @@ impl Move {
     pub fn new(block: BlockId, kind: MoveKind, curve: Curve, state: Rc<State>) -> Self {
         let (from, to) = (curve.from(), curve.to());
         let line = block.0 + 1;
-        let mut made =
-            Self { block, line, instance: 0, kind, freeze: None, splittable: true, from, to, bend: None, state };
+        let (freeze, splittable, placed) = (None, true, true);
+        let mut made = Self { block, line, instance: 0, kind, freeze, splittable, placed, from, to, bend: None, state };
         made.set_curve(curve);
         made
     }

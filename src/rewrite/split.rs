@@ -68,6 +68,8 @@ pub struct Pieces {
     pub before: Vec<Vec<u8>>,
     /// Edits that make the block itself the last piece.
     pub edits: Vec<Edit>,
+    /// Where along its move it is cut, mm: at points of the grid near the wanted ones.
+    pub at_mm: Vec<f64>,
 }
 
 impl<'a> Block<'a> {
@@ -103,11 +105,12 @@ pub fn split(block: &Block<'_>, cuts: &[Cut]) -> Option<Pieces> {
     let points = split_points(block, &form, cuts)?;
     let mut before = Vec::new();
     let mut start = Start { at: block.motion.curve().from(), gone: [Decimal::nearest(0.0, 0); 3] };
-    for point in &points {
+    for (_, point) in &points {
         before.push(piece_text(block, &form, &start, point));
         start = Start { at: point.at, gone: point.gone };
     }
-    Some(Pieces { before, edits: last_edits(block, &form, &start)? })
+    let at_mm = points.iter().map(|(at_mm, _)| *at_mm).collect();
+    Some(Pieces { before, edits: last_edits(block, &form, &start)?, at_mm })
 }
 
 /// Only motions, coordinates, feed and number: nothing that would happen twice.
@@ -282,8 +285,9 @@ struct Point {
     gone: [Decimal; 3],
 }
 
-fn split_points(block: &Block<'_>, form: &Form, cuts: &[Cut]) -> Option<Vec<Point>> {
-    let mut points: Vec<Point> = Vec::new();
+/// The points, each with its place along the move.
+fn split_points(block: &Block<'_>, form: &Form, cuts: &[Cut]) -> Option<Vec<(f64, Point)>> {
+    let mut points = Vec::new();
     let mut last_mm = 0.0;
     for cut in cuts {
         let (at_mm, point) = near_point(block, form, cut)?;
@@ -291,7 +295,7 @@ fn split_points(block: &Block<'_>, form: &Form, cuts: &[Cut]) -> Option<Vec<Poin
             return None;
         }
         last_mm = at_mm;
-        points.push(point);
+        points.push((at_mm, point));
     }
     Some(points)
 }

@@ -368,6 +368,7 @@ impl<'a> Writer<'a> {
                 if view.has(b'F') && self.now == FeedInForce::Original {
                     self.now = FeedInForce::Either;
                 }
+                let numbers = self.numbers_of_times(pieces, &cut.at_mm, motion).unwrap_or(numbers);
                 return self.cut(view, plan, &numbers, cut);
             }
         }
@@ -433,6 +434,21 @@ impl<'a> Writer<'a> {
             }
         }
         Some(out)
+    }
+
+    /// In inverse time, where F belongs to the length of a piece: the numbers of pieces that are cut at these places. `None`: another unit.
+    fn numbers_of_times(
+        &self,
+        pieces: &[FeedPiece],
+        at_mm: &[f64],
+        motion: &crate::nc::Move,
+    ) -> Option<Vec<(FeedPiece, Feed)>> {
+        let mut pieces = pieces.to_vec();
+        if motion.feed.mode != FeedMode::InverseTime || pieces.len() != at_mm.len() + 1 {
+            return None;
+        }
+        pieces.iter_mut().zip(at_mm).for_each(|(piece, at_mm)| piece.to_mm = *at_mm);
+        self.numbers(&pieces, motion)
     }
 
     fn number(&self, feed_mm_s: f64, motion: &crate::nc::Move, length_mm: f64) -> Option<Feed> {

@@ -63,7 +63,8 @@ impl<'a> Reasons<'a> {
         let of_text = motion.freeze.map(NotRaised::Frozen);
         let of_mode = (rule.mode != Mode::Optimise).then_some(NotRaised::Mode);
         let of_program = self.unsound.then_some(NotRaised::Unsound);
-        let uncertain = station.is_none_or(|station| station.flags.uncertain).then_some(NotRaised::Uncertain);
+        let uncertain = !motion.placed || station.is_none_or(|station| station.flags.uncertain);
+        let uncertain = uncertain.then_some(NotRaised::Uncertain);
         let before = of_text.or(of_mode).or(of_program).or_else(|| self.doubt(id, rule)).or(uncertain);
         before.or_else(|| self.of_cut(motion, rule, station?))
     }

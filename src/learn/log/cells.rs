@@ -168,17 +168,52 @@ fn workbook(bytes: &[u8]) -> Result<Vec<Vec<String>>, DataError> {
     let mut book: calamine::Xlsx<_> = calamine::Xlsx::new(std::io::Cursor::new(bytes)).map_err(wrong)?;
     let mut best: Vec<Vec<String>> = Vec::new();
     for name in book.sheet_names().clone() {
-        let range = book.worksheet_range(&name).map_err(wrong)?;
-        if range.height() > best.len() {
-            best = range.rows().map(|row| row.iter().map(cell).collect()).collect();
+        let mut reader = match book.worksheet_cells_reader(&name) {
+            // A sheet of charts.
+            Err(calamine::XlsxError::NotAWorksheet(_)) => continue,
+            reader => reader.map_err(wrong)?,
+        };
+        let mut found = Vec::new();
+        while let Some(of_sheet) = reader.next_cell().map_err(wrong)? {
+            let text = cell(&of_sheet.get_value().clone().into());
+            if !text.is_empty() {
+                found.push((of_sheet.get_position(), text));
+            }
+        }
+        let rows = in_rows(found, MOST_CELLS)?;
+        if rows.len() > best.len() {
+            best = rows;
         }
     }
-    // Rows are padded to the widest one; without the padding a title has one cell.
-    for row in &mut best {
-        row.truncate(row.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1));
-    }
-    best.retain(|row| !row.is_empty());
     Ok(best)
+}
+
+/// Columns that a sheet can have.
+const MOST_COLUMNS: u32 = 16_384;
+/// Most cells of a sheet, those that are empty before another one of their row included.
+const MOST_CELLS: usize = 30_000_000;
+
+/// Cells by their row and column, in rows that begin at the first column that is used and end at their own last cell. A cell says itself
+/// where it stands, which may be anywhere.
+fn in_rows(mut cells: Vec<((u32, u32), String)>, most: usize) -> Result<Vec<Vec<String>>, DataError> {
+    cells.sort_by_key(|(place, _)| *place);
+    let first = cells.iter().map(|((_, column), _)| *column).min().unwrap_or(0);
+    let (mut rows, mut row_now, mut count) = (Vec::<Vec<String>>::new(), None, 0);
+    for ((row, column), text) in cells {
+        if row_now != Some(row) {
+            row_now = Some(row);
+            rows.push(Vec::new());
+        }
+        let Some(cells) = rows.last_mut() else { continue };
+        let place = (column - first) as usize;
+        count += (place + 1).saturating_sub(cells.len());
+        if column >= MOST_COLUMNS || count > most {
+            return Err(DataError::Unreadable("the workbook: a sheet is larger than any can be".into()));
+        }
+        cells.resize(cells.len().max(place + 1), String::new());
+        cells[place] = text;
+    }
+    Ok(rows)
 }
 
 /// A time of day as text.
@@ -212,6 +247,17 @@ mod tests {
         assert_eq!(of("0 1.5 2.5\n1 3.5 4\n"), Separator::Blanks);
         assert_eq!(of("time stamp,power\n2026-01-02 10:00:00,5\n2026-01-02 10:00:01,6\n"), Separator::Byte(b','));
         assert_eq!(of("one\n1\n"), Separator::Byte(b','));
+    }
+
+    #[test]
+    fn cells_of_a_sheet_stand_where_they_say() {
+        let rows = |cells: &[(u32, u32)]| in_rows(cells.iter().map(|place| (*place, "1".to_owned())).collect(), 50_000);
+        assert_eq!(rows(&[(9, 4), (2, 3), (2, 5)]).unwrap(), [vec!["1", "", "1"], vec!["", "1"]]);
+        assert_eq!(rows(&[]).unwrap(), [[""; 0]; 0]);
+        assert_eq!(rows(&[(0, 0), (u32::MAX, 16_383)]).unwrap()[1].len(), 16_384);
+        assert!(rows(&[(0, 0), (0, 16_384)]).is_err());
+        assert!(rows(&[(0, 0), (1, 16_383), (2, 16_383), (3, 16_383)]).is_ok());
+        assert!(rows(&[(0, 0), (1, 16_383), (2, 16_383), (3, 16_383), (4, 16_383)]).is_err());
     }
 
     #[test]

@@ -111,10 +111,11 @@ impl Frame {
     }
 
     fn find(&self, wanted: &str) -> Option<(usize, f64)> {
-        if let Some(k) = self.names.iter().position(|name| name == &plain(wanted)) {
+        let wanted = plain(wanted);
+        if let Some(k) = self.names.iter().position(|name| *name == wanted) {
             return Some((k, 1.0));
         }
-        let (base, unit) = quantity(&plain(wanted));
+        let (base, unit) = quantity(&wanted);
         let mut full_names_first = [false, true]
             .into_iter()
             .flat_map(|alias| self.names.iter().enumerate().filter(move |(_, name)| is_alias(name) == alias));

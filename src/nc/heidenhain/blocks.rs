@@ -18,7 +18,7 @@ use crate::nc::interp::state::Corner;
 use crate::nc::interp::state::FeedWord;
 use crate::nc::interp::words::Words;
 use crate::nc::token::{Token, TokenKind};
-use crate::nc::toolpath::{Event, MoveKind};
+use crate::nc::toolpath::{Event, FeedMode, MoveKind};
 use crate::path::{Plane, Vec3};
 use crate::units::mm_s_from_mm_min;
 
@@ -76,6 +76,9 @@ impl Interpreter<'_, Heidenhain> {
             self.insert_parameter(token, text);
         }
         self.modal.plane = self.family.tool_plane;
+        // A T is a tolerance (M112, M124, cycle 32); tools come by TOOL CALL.
+        words.remove(b'T');
+        self.feed_per_turn(words);
         let first_number = tokens.iter().find(|t| t.kind == TokenKind::Expression).map(|t| t.number);
         self.named_feed(&names, place);
         self.unread_numbers(&names, &tokens, text);
@@ -107,7 +110,9 @@ impl Interpreter<'_, Heidenhain> {
                 let named = tokens.iter().find(|token| token.span.of(text).first() == Some(&b'"'));
                 let named = named.and_then(|token| self.tool_by_name(token.span, text));
                 tool_call(words, named.or(number_after(&tokens, text, "CALL")), place);
-                self.compensation.oversize_mm = number_after(&tokens, text, "DR").unwrap_or(0.0) * self.modal.unit_mm();
+                let allowance_mm = |name: &str| number_after(&tokens, text, name).unwrap_or(0.0) * self.modal.unit_mm();
+                (self.compensation.oversize_mm, self.frame.longer_mm) = (allowance_mm("DR"), allowance_mm("DL"));
+                self.reframe();
                 self.tool_axis(&names, place);
                 self.active_radius(words.get(b'T').map(|number| number as u32));
                 if let Some(value) = words.get(b'F') {
@@ -180,6 +185,15 @@ impl Interpreter<'_, Heidenhain> {
             self.family.call_after = true;
         }
         After::Words
+    }
+
+    /// M136: F is per turn of the spindle, M137: per minute again. Both act from the beginning of their block on.
+    fn feed_per_turn(&mut self, words: &Words) {
+        if words.has_m(1360) {
+            self.feed_mode(FeedMode::PerRev);
+        } else if words.has_m(1370) {
+            self.feed_mode(FeedMode::PerMinute);
+        }
     }
 
     /// M103 F20: at 20 % of the feed down along the tool axis. That F is no feed.
@@ -258,12 +272,14 @@ impl Interpreter<'_, Heidenhain> {
         }
     }
 
-    /// Cycle 247 takes a preset of the control's table: the first one is where the setup puts the part, another one is elsewhere.
-    fn preset(&mut self, index: u32, value: f64, place: Span) {
+    /// Cycle 247 takes a preset of the control's table: the first one is where the setup puts the part, another one is elsewhere. One that comes
+    /// after a cut is another than the one before, whose number only the control knows.
+    pub(super) fn preset(&mut self, index: u32, value: f64, place: Span) {
         if index != 339 || self.family.cycle_number != 247 {
             return;
         }
-        let first = *self.family.first_preset.get_or_insert(value);
+        let unknown = self.out.moves.iter().any(|motion| motion.kind == MoveKind::Feed);
+        let first = *self.family.first_preset.get_or_insert(if unknown { f64::NAN } else { value });
         self.set_lost_frame(LostFrame::Preset, value != first, place);
     }
 

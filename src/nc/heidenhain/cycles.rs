@@ -42,6 +42,10 @@ impl Interpreter<'_, Heidenhain> {
                 return self.set_lost_frame(LostFrame::Cycle19, tilted, place);
             }
             (7, _) => {
+                if name("#") {
+                    // A line of a table that only the control has.
+                    self.doubt(Doubt::ZeroShift, place);
+                }
                 for (axis, word) in axis_words.into_iter().enumerate() {
                     let Some((letter, value)) = word else { continue };
                     let before = if words.is_incremental(letter) { self.frame.local[axis] } else { 0.0 };
@@ -50,8 +54,8 @@ impl Interpreter<'_, Heidenhain> {
             }
             (8, _) => {
                 let mirrored = |axis: usize| tokens.iter().any(|t| is_axis(t, text, b"XYZ"[axis]));
-                let factor = Vec3::from_fn(|axis, _| if mirrored(axis) { -1.0 } else { 1.0 });
-                self.frame.scale = (factor != Vec3::repeat(1.0)).then_some((Vec3::zeros(), factor));
+                let size = self.factors().abs();
+                self.stretch_by(Vec3::from_fn(|axis, _| if mirrored(axis) { -size[axis] } else { size[axis] }));
             }
             (10, _) => {
                 let before = self.frame.rotation.map_or(0.0, |(_, _, angle)| if name("IROT") { angle } else { 0.0 });
@@ -60,7 +64,7 @@ impl Interpreter<'_, Heidenhain> {
             }
             (11, _) => {
                 let factor = value.filter(|factor| *factor > 0.0).unwrap_or(1.0);
-                self.frame.scale = (factor != 1.0).then(|| (Vec3::zeros(), Vec3::repeat(factor)));
+                self.stretch_by(self.factors().map(|before| factor * before.signum()));
             }
             (9, 1..) => {
                 let seconds = value.unwrap_or(0.0).max(0.0);
@@ -81,11 +85,26 @@ impl Interpreter<'_, Heidenhain> {
             _ => {
                 if part == 0 {
                     self.family.cycle_number = whole;
+                    // Parameters of the same line were set before it was known whose they are.
+                    let own = tokens.iter().filter(|token| token.kind == TokenKind::Assignment);
+                    let starts = |token: &Token| token.span.of(text).to_ascii_uppercase().starts_with(b"Q339");
+                    if { own }.any(starts) {
+                        self.preset(339, self.parameters.number(339), place);
+                    }
                 }
                 return;
             }
         }
         self.reframe();
+    }
+
+    /// The factors of the axes that mirror (8) and scaling (11) have put in force.
+    fn factors(&self) -> Vec3 {
+        self.frame.scale.map_or(Vec3::repeat(1.0), |(_, factor)| factor)
+    }
+
+    fn stretch_by(&mut self, factor: Vec3) {
+        self.frame.scale = (factor != Vec3::repeat(1.0)).then_some((Vec3::zeros(), factor));
     }
 
     /// Does the next line that says something define a part of this cycle?
@@ -107,6 +126,10 @@ impl Interpreter<'_, Heidenhain> {
             // From 200 on cycles have feeds of their own.
             if self.family.cycle_number < 200 {
                 self.uses_feed();
+            }
+            if self.family.cycle_number == 12 {
+                // It calls a program.
+                self.doubt(Doubt::MissingProgram, place);
             }
             return self.say("nc::cycle", Severity::Warning, place, text, help);
         }

@@ -195,6 +195,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 tool,
                 known: [start.is_some(); 3],
                 elsewhere: [false; 3],
+                by_switch: [false; 3],
                 displaced: [false; 3],
                 probed: false,
             },
@@ -314,6 +315,10 @@ impl<'a, F: Family> Interpreter<'a, F> {
         if after == After::Command {
             let span = self.flow.source.program().span(block);
             let text = "a command to the control, kept as it is";
+            // Homing and jogging.
+            if matches!(self.flow.source.program().line_text(block).get(1), Some(b'H' | b'h' | b'J' | b'j')) {
+                self.place.elsewhere = [true; 3];
+            }
             return self.say("nc::command", Severity::Note, span, text, "what it moves is not simulated");
         }
         self.diagnose_unreadable(words);
@@ -349,15 +354,16 @@ impl<'a, F: Family> Interpreter<'a, F> {
         self.flow.source.program().tokens(block).any(marks)
     }
 
-    /// After a block under the block-delete switch the axes that it names (all, if it does more than move) may stand elsewhere, until
-    /// they are commanded to an absolute position.
+    /// An axis that is commanded to an absolute position stands there. After a block under the block-delete switch the axes that it names (all,
+    /// if it does more than move) stand where the switch says.
     fn note_places(&mut self, words: &Words) {
         let moves = words.g.iter().all(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
         let places = !words.g.iter().any(|(code, _)| NO_PLACE.contains(code)) && self.modal.motion != Motion::Probe;
         for (axis, letter) in b"XYZ".iter().enumerate() {
             let placed = places && words.has(*letter) && !self.modal.incremental;
             let named = words.delete && (words.has(*letter) || !moves);
-            self.place.elsewhere[axis] = named || self.place.elsewhere[axis] && !placed;
+            self.place.elsewhere[axis] &= !placed;
+            self.place.by_switch[axis] = named || self.place.by_switch[axis] && !placed;
             self.place.displaced[axis] = self.block.displaced || self.place.displaced[axis] && !placed;
         }
     }
@@ -446,6 +452,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
         }
         self.block.splittable = self.flow.calls.is_empty()
             && self.place.elsewhere == [false; 3]
+            && self.place.by_switch == [false; 3]
             && self.place.displaced == [false; 3]
             && !words.has_any(b"ST")
             && words.m.is_empty();

@@ -101,7 +101,8 @@ impl<F: Family> Interpreter<'_, F> {
                 for (axis, word) in axis_words.iter().enumerate() {
                     if let Some(value) = word {
                         self.frame.g92[axis] += rest[axis] - value;
-                        (self.place.known[axis], self.place.elsewhere[axis]) = (true, false);
+                        self.place.known[axis] = true;
+                        (self.place.elsewhere[axis], self.place.by_switch[axis]) = (false, false);
                     }
                 }
                 (self.frame.g92_aside, self.frame.g92_said) = (self.frame.g92, true);

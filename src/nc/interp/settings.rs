@@ -201,7 +201,7 @@ impl<F: Family> Interpreter<'_, F> {
         self.not_understood("nc::frame", place, text, help);
     }
 
-    fn feed_mode(&mut self, mode: FeedMode) {
+    pub(crate) fn feed_mode(&mut self, mode: FeedMode) {
         if self.modal.feed_mode != mode {
             self.modal.feed_mode = mode;
             self.modal.feed = FeedWord { value: 0.0, word: None, computed: false };
@@ -245,18 +245,19 @@ impl<F: Family> Interpreter<'_, F> {
             }
         }
         for &(code, place) in &words.m {
-            match code {
-                40 => self.doubt(Doubt::Reversed, place),
-                30 | 50 | 60 => self.spindle_is_known(Doubt::Reversed),
-                _ => {}
+            if let Some(turning) = self.turning_by(code) {
+                if turning < 0 {
+                    self.doubt(Doubt::Reversed, place);
+                } else {
+                    self.spindle_is_known(Doubt::Reversed);
+                }
+                self.modal.turning = turning;
             }
             match code {
-                30 => self.modal.turning = 1,
-                40 => self.modal.turning = -1,
                 610 => self.modal.tool = words.get(b'Q').map_or(self.modal.tool, |q| q.max(0.0) as u32),
-                50 => self.modal.turning = 0,
                 60 => {
-                    if !words.has_m(30) && !words.has_m(40) {
+                    self.spindle_is_known(Doubt::Reversed);
+                    if !words.m.iter().any(|(code, _)| self.turning_by(*code).is_some_and(|turning| turning != 0)) {
                         self.modal.turning = 0;
                     }
                     self.change_tool();
@@ -268,6 +269,19 @@ impl<F: Family> Interpreter<'_, F> {
         let spin = self.modal.spin();
         if spin != before {
             self.event(Event::Spindle { spin, line: self.line_number() });
+        }
+    }
+
+    /// How the spindle turns after an M code: 1 clockwise, -1 counter-clockwise, 0 not at all; `None`: as before. M13 and M14 switch the coolant
+    /// on as well. After M19 it stands at an angle until it is started again.
+    fn turning_by(&self, code: u16) -> Option<i8> {
+        match code {
+            30 => Some(1),
+            40 => Some(-1),
+            50 | 190 => Some(0),
+            130 if self.dialect().m13_starts_spindle => Some(1),
+            140 if self.dialect().m13_starts_spindle => Some(-1),
+            _ => None,
         }
     }
 

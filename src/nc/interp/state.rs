@@ -157,7 +157,7 @@ impl Modal {
 }
 
 /// How programmed coordinates become coordinates of the work offset: mirrored and scaled (G51), turned (G68), shifted
-/// (G92, G52, G10).
+/// (G92, G52, G10, an allowance for the length of the tool).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// G92
@@ -170,6 +170,8 @@ pub struct Frame {
     pub local: Vec3,
     /// Changes of work offsets by G10 L2 against the setup, by number.
     pub changed: Vec<(u16, Vec3)>,
+    /// Allowance for the length of the tool (DL of a tool call): its tip stands so much higher than the program says, mm.
+    pub longer_mm: f64,
     /// Sum of the shifts in force.
     pub shift: Vec3,
     /// G68: plane, centre, angle in rad.
@@ -189,6 +191,7 @@ impl Default for Frame {
             g92_said: false,
             local: zero,
             changed: Vec::new(),
+            longer_mm: 0.0,
             shift: zero,
             rotation: None,
             scale: None,
@@ -242,7 +245,7 @@ impl Frame {
     }
     /// Sums the shifts up again.
     pub fn refresh(&mut self, wcs: u16) {
-        self.shift = self.g92 + self.local + self.change_of(wcs);
+        self.shift = self.g92 + self.local + self.change_of(wcs) + Vec3::new(0.0, 0.0, self.longer_mm);
     }
 }
 
@@ -265,9 +268,11 @@ pub struct Place {
     pub tool: Vec3,
     /// Has this axis been commanded, or was its position known from the start?
     pub known: [bool; 3],
-    /// May this axis stand elsewhere than assumed? So after a block under the block-delete switch, a probing move, a block that was not
-    /// understood, or a reference point that the setup does not give, until the axis is commanded to an absolute position.
+    /// Does only the control know where this axis stands? So after a probing move, a block that was not understood, a command to the control
+    /// itself, or a reference point that the setup does not give, until the axis is commanded to an absolute position.
     pub elsewhere: [bool; 3],
+    /// Does it depend on the block-delete switch where this axis stands?
+    pub by_switch: [bool; 3],
     /// May this axis stand elsewhere because of a doubt? Until it is commanded to an absolute position no block is cut in pieces.
     pub displaced: [bool; 3],
     /// A probing move was made.
@@ -277,7 +282,7 @@ pub struct Place {
 impl Place {
     /// Is the place of this axis not known: never commanded, after a probing move, after something not understood?
     pub fn is_open(&self, axis: usize) -> bool {
-        !self.known[axis] || self.elsewhere[axis]
+        !self.known[axis] || self.elsewhere[axis] || self.by_switch[axis]
     }
 }
 

@@ -50,12 +50,10 @@ const WITHOUT_EFFECT: [&str; 26] = [
     "FNORM",
 ];
 
-/// What can be set without an effect on path or feed: where spindles stand, how corners and splines are smoothed, accelerations, limits of the
+/// What can be set without an effect on path or feed: how corners and splines are smoothed, accelerations, limits of the
 /// spindle speed.
-const SETTINGS_WITHOUT_EFFECT: [&str; 13] = [
-    "SPOS", "SPOSA", "ADIS", "ADISPOS", "CTOL", "OTOL", "ATOL", "ACC", "ACCLIMA", "VELOLIMA", "JERKLIMA", "LIMS",
-    "FGREF",
-];
+const SETTINGS_WITHOUT_EFFECT: [&str; 11] =
+    ["ADIS", "ADISPOS", "CTOL", "OTOL", "ATOL", "ACC", "ACCLIMA", "VELOLIMA", "JERKLIMA", "LIMS", "FGREF"];
 
 /// Names that belong to the motion of their block or change the frame.
 const SETTINGS: [&str; 13] = [
@@ -164,6 +162,10 @@ impl Interpreter<'_, Siemens> {
         if words.has_m(170) {
             self.siemens_return();
         }
+        // The spindle becomes an axis.
+        if words.has_m(700) {
+            self.turn(0);
+        }
         After::Words
     }
 
@@ -208,7 +210,7 @@ impl Interpreter<'_, Siemens> {
     pub(crate) fn siemens_assignment(&mut self, token: Token, bytes: &[u8], words: &mut Words) {
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
         let name = left_of(bytes);
-        let value = match self.evaluate(token.span, &bytes[equals + 1..], 0) {
+        let value = match self.evaluate(token.span, angle_of(&name, &bytes[equals + 1..]), 0) {
             Ok(value) => value,
             Err(error) => return self.bad_expression(token.span, &error),
         };
@@ -231,6 +233,7 @@ impl Interpreter<'_, Siemens> {
                 self.not_understood("nc::not-understood", token.span, text, "");
             }
             ("AR" | "AP" | "RP" | "ANG", _) => {
+                self.doubt(Doubt::UnknownCode, token.span);
                 let text = format!("{name} is not followed: the block is read without it");
                 self.not_understood("nc::not-understood", token.span, text, "");
             }
@@ -260,6 +263,8 @@ impl Interpreter<'_, Siemens> {
                 self.doubt(Doubt::Probe, place);
             }
             ("TOFFL" | "TOFF" | "TOFFR" | "TCARR" | "DL", _) => self.tool_length.now = Length::Other,
+            // The spindle stands at an angle until it is started again.
+            ("SPOS" | "SPOSA", _) => self.turn(0),
             _ if SETTINGS_WITHOUT_EFFECT.contains(&base) => {}
             (_, Some(b'A' | b'B' | b'C')) if digits => {
                 if value != 0.0 || self.rotary.zero_lost {
@@ -321,4 +326,14 @@ pub(super) fn archived(line: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(line).trim().to_ascii_lowercase();
     let name = text.strip_prefix("%_n_")?;
     Some(name.strip_suffix("_mpf").or(name.strip_suffix("_spf")).unwrap_or(name).to_owned())
+}
+
+/// The angle of `SPOS=DC(90)` without the way to it; of other names the text as it stands.
+fn angle_of<'a>(name: &str, text: &'a [u8]) -> &'a [u8] {
+    let ways = [&b"DC("[..], b"AC(", b"IC(", b"ACP(", b"ACN("];
+    let way = ways.iter().find(|way| text.trim_ascii_start().to_ascii_uppercase().starts_with(way));
+    match way {
+        Some(way) if name.starts_with("SPOS") => &text.trim_ascii_start()[way.len() - 1..],
+        _ => text,
+    }
 }

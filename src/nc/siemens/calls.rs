@@ -14,8 +14,7 @@ use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::Freeze;
 
 /// Calls that move nothing here.
-const WITHOUT_EFFECT: [&str; 9] =
-    ["MSG", "SETAL", "G4", "WORKPIECE", "CYCLE832", "SETMS", "STOPRE", "FGROUP", "ORISOF"];
+const WITHOUT_EFFECT: [&str; 8] = ["MSG", "SETAL", "G4", "WORKPIECE", "CYCLE832", "SETMS", "STOPRE", "ORISOF"];
 
 /// Beginnings of the names of the control's own cycles: they cut and come back, and leave frame and feed as they were. Those
 /// that measure (CYCLE97x) set offsets.
@@ -46,6 +45,7 @@ impl Interpreter<'_, Siemens> {
     ) {
         match name {
             _ if WITHOUT_EFFECT.contains(&name) => {}
+            "FGROUP" => self.feed_group(span),
             "CYCLE800" if arguments.iter().all(|value| value.unwrap_or(0.0) == 0.0) => self.regain_frame(),
             "CYCLE800" | "TRAORI" => self.lose_frame(span, name, ENDS_LOST_FRAME),
             "HOLES1" | "HOLES2" => self.hole_pattern(name, &arguments),
@@ -69,6 +69,19 @@ impl Interpreter<'_, Siemens> {
                     self.keep_cycle(name, span);
                 }
             }
+        }
+    }
+
+    /// FGROUP(X,Y): F is the feed of these axes, and the tool is faster where others move with them. Without axes it is that of the path.
+    fn feed_group(&mut self, place: Span) {
+        let source = self.flow.source.clone();
+        let text = String::from_utf8_lossy(place.of(source.program().text())).to_ascii_uppercase();
+        let axes = text.split(['(', ')']).nth(1).unwrap_or_default();
+        let named = |axis: &str| axes.split(',').any(|name| name.trim() == axis);
+        if !axes.trim().is_empty() && !["X", "Y", "Z"].into_iter().all(named) {
+            self.doubt(Doubt::UnknownCode, place);
+            let text = "F is the feed of some axes only";
+            self.say("nc::feed-group", Severity::Warning, place, text, "FGROUP() makes it that of the path again");
         }
     }
 
