@@ -105,7 +105,7 @@ impl Diagnosis<'_> {
             // Instants and regions are searched anew without each fold, and the result varies from fold to fold. Two
             // such effects are therefore compared by their likelihood as well.
             let are_looked_for = |trial: &Trial| own.is_looked_for() && trial.effect.is_looked_for();
-            let is_as_likely = |trial: &Trial| self.criteria().are_as_likely(contest.gain - trial.gain);
+            let is_as_likely = |trial: &Trial| contest.gain - trial.gain < self.criteria().confounded_within;
             let as_likely = matches!(rival, Rival::Named(trial) if are_looked_for(trial) && is_as_likely(trial));
             as_likely || self.criteria().leaves_as_much(drop(left) / drop(&contest.shaped).max(1e-12), worse)
         };

@@ -175,11 +175,6 @@ impl Criteria {
         drop >= self.least_drop && t >= self.least_t_beside
     }
 
-    /// Are two models as likely as each other? `cost`: twice the log-likelihood ratio, with the charge for parameters, by which one is behind.
-    pub(in crate::learn) fn are_as_likely(&self, cost: f64) -> bool {
-        cost < self.confounded_within
-    }
-
     /// Is a rival's held-out error as low as the best one's? `share`: its drop over that of the best; `t`: by how many
     /// standard errors the best is lower.
     pub(in crate::learn) fn leaves_as_much(&self, share: f64, t: f64) -> bool {

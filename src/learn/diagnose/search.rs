@@ -88,7 +88,7 @@ fn names_of(model: &Fitted) -> usize {
 }
 
 /// Adds what an effect is confounded with to what is known of it.
-pub(in crate::learn) fn add_to(confounded: &mut Vec<Confounded>, group: Confounded) {
+fn add_to(confounded: &mut Vec<Confounded>, group: Confounded) {
     match confounded.iter_mut().find(|known| known.names[0] == group.names[0]) {
         Some(known) => {
             let more = group.names.into_iter().filter(|name| !known.names.contains(name)).collect::<Vec<_>>();

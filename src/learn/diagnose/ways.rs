@@ -4,11 +4,10 @@
 //! Of two causes at once, a third that resembles a little of both may explain more than either alone: of a smaller cutter and losses of the
 //! drive, stock that stands proud. Effects are added one after the other, and exchanged one for one: from there the two are out of reach.
 
-use crate::effects::Effect;
 use crate::learn::diagnose::diagnosis::Diagnosis;
-use crate::learn::diagnose::search::{Passed, add_to};
+use crate::learn::diagnose::search::Passed;
 use crate::learn::diagnose::unnamed::is_unnamed;
-use crate::learn::model::cross_validation::{held_out_residuals, improvement_by_case, t_statistic};
+use crate::learn::model::cross_validation::held_out_residuals;
 use crate::learn::model::fit::Fitted;
 use crate::learn::report::Confounded;
 use rayon::prelude::*;
@@ -31,41 +30,10 @@ impl Diagnosis<'_> {
         };
         let mut ways: Vec<_> = others.into_par_iter().map(from).collect();
         let models: Vec<&Fitted> = ways.iter().map(|(_, (model, _))| model).collect();
-        let least = self.least_of(&best.0, &models);
-        let mut end = best;
-        if let Some(k) = least {
-            let (way, other) = std::mem::replace(&mut ways[k], (self.clone(), end));
-            (*self, end) = (way, other);
-        }
-        let models: Vec<&Fitted> = ways.iter().map(|(_, (model, _))| model).collect();
-        let in_doubt = self.as_good_as(begin, &end.0, &models);
-        in_doubt.into_iter().for_each(|group| add_to(&mut end.1, group));
+        let Some(least) = self.least_of(&best.0, &models) else { return best };
+        let (way, end) = ways.swap_remove(least);
+        *self = way;
         end
-    }
-
-    /// Names in doubt beside those in their place at the end of another search: with what stands beside them they explain as much, at no
-    /// greater cost, and leave as low a held-out error. One curve beside each may hide which of the two names is wrong.
-    fn as_good_as(&self, begin: &Fitted, model: &Fitted, others: &[&Fitted]) -> Vec<Confounded> {
-        let cost = self.cost_beside(model);
-        let left_out = |model: &Fitted| held_out_residuals(&self.train, &model.model.effects, self.split);
-        let [before, least] = [begin, model].map(left_out);
-        let is_as_good = |other: &Fitted| {
-            let left = left_out(other);
-            let share = self.drop_of(&before, &left) / self.drop_of(&before, &least).max(1e-12);
-            let worse = t_statistic(&improvement_by_case(&self.train, &left, &least));
-            self.criteria().are_as_likely(cost(other) - cost(model))
-                && self.criteria().leaves_as_much(share, worse)
-                && !self.criteria().is_surely_worse(self.worse_without_a_cut(&left, &least))
-        };
-        let in_doubt = others.iter().filter(|other| is_as_good(other)).filter_map(|other| {
-            let (own, rival) = other_name(model, other)?;
-            Some(Confounded {
-                names: [own.name, rival.name].map(str::to_owned).to_vec(),
-                why: "with what is beside it each has as low a held-out error".to_owned(),
-                experiment: [own.separated_by, rival.separated_by].join("; "),
-            })
-        });
-        in_doubt.collect()
     }
 
     /// Of other models the one of least cost, if that is below the cost of this one, and its held-out error not clearly above. It may need no
@@ -89,17 +57,6 @@ impl Diagnosis<'_> {
         let less = (0..others.len()).filter(|k| is_less(others[*k]));
         less.min_by(|a, b| cost(others[*a]).total_cmp(&cost(others[*b])))
     }
-}
-
-/// The one effect with a name that only the first of two models has, and the one in its place; `None` where more differ.
-fn other_name(model: &Fitted, other: &Fitted) -> Option<(&'static Effect, &'static Effect)> {
-    let only = |one: &Fitted, than: &Fitted| {
-        let has = |name: &str| than.model.effects.iter().any(|each| each.effect.name == name);
-        let own = one.model.effects.iter().map(|each| each.effect);
-        let mut own = own.filter(|effect| !is_unnamed(effect) && !has(effect.name));
-        own.next().filter(|_| own.next().is_none())
-    };
-    Some((only(model, other)?, only(other, model)?))
 }
 
 /// The effects of a model that have a name.
