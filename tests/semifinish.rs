@@ -644,6 +644,8 @@ fn what_makes_no_sense_is_said_and_nothing_is_written() {
     let away = finish.replace("Y-5.0", "Y-45.0").replace("Y11.0", "Y-29.0");
     refused(&semi, &away, &[], "cuts nothing that the semi-finish left");
     refused(&semi, &finish, &["--force-xy", "900"], "out of reach");
+    // So far away the search ends before it is at the bounds.
+    refused(&semi, &finish, &["--force-xy", "1e6"], "out of reach");
     refused(&semi, &finish, &["--force-xy", "0.2"], "out of reach");
     refused(&semi, &finish, &["--force-xy", "-3"], "positive");
     refused(&semi, &finish, &["--stock", "0.3,0.2"], "makes no sense");

@@ -215,13 +215,13 @@ fn unproven(proof: &proof::Proof) -> Option<[String; 2]> {
         format!(
             "the moved program would differ in more than coordinates of cutting moves: line {own} → line {other}: {what}"
         ),
-        "nothing was written; post the semi-finish as plain moves, one in each block".into(),
+        "no program was written; post the semi-finish as plain moves, one in each block".into(),
     ])
 }
 
 /// Gouges, and collisions that were not there before.
 fn refused(answer: &Answer, again: &Written, gouge: Gouge) -> Option<[String; 2]> {
-    let help = "nothing was written; give a larger least stock (--stock), or a lower --force-xy";
+    let help = "no program was written; give a larger least stock (--stock), or a lower --force-xy";
     if gouge.gouged > 0 {
         let [x, y] = gouge.at;
         let why = format!(

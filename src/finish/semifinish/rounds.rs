@@ -331,17 +331,8 @@ impl<'a> Rounds<'a> {
         let after = stretch_loads(programs, unknowns, samples, best.as_ref().unwrap_or(&base.0), &met, &stock_mm);
         let before = stretch_loads(programs, unknowns, samples, &base.0, &base.1, &unknowns.stock_mm);
         let wanted = &programs.task.wanted;
-        if let (Some(wanted_n), Some(error)) = (wanted.force_n, out_of_reach(&after, wanted.stock_mm, reference_n)) {
-            let [least_n, largest_n] = error;
-            let most = least_n < wanted_n;
-            let stock_mm = wanted.stock_mm[usize::from(most)];
-            return Err(SemifinishError::OutOfReach {
-                wanted_n,
-                which: if most { "most" } else { "least" },
-                stock_mm,
-                least_n,
-                largest_n,
-            });
+        if let (Some(wanted_n), Some([force_n, stock_mm])) = (wanted.force_n, out_of_reach(&after, reference_n)) {
+            return Err(SemifinishError::OutOfReach { wanted_n, force_n, stock_mm });
         }
         let chosen = (0..stock_mm.len()).map(|k| (unknowns.knots[k], [unknowns.stock_mm[k], stock_mm[k]]));
         Ok(Answer {

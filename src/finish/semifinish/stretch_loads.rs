@@ -65,15 +65,13 @@ pub fn stretch_loads(
     (0..samples.len()).map(one).collect()
 }
 
-/// Least and largest force, N, if the reference is reached nowhere and nearly all stock is at one bound.
-pub fn out_of_reach(after: &[StretchLoads], [low, high]: [f64; 2], reference_n: f64) -> Option<[f64; 2]> {
-    let free: Vec<&StretchLoads> = after.iter().filter(|seen| seen.free && seen.loads.force_xy_peak_n > 0.0).collect();
-    let force = |seen: &&StretchLoads| seen.loads.force_xy_peak_n;
-    let near = |bound: f64| {
-        free.iter().filter(|seen| (seen.stock_mm - bound).abs() < AT_BOUND_MM).count() * 10 > free.len() * 9
+/// Least and largest force, N, and stock, mm, if all forces lie more than 10 % to one side of the reference.
+pub fn out_of_reach(after: &[StretchLoads], reference_n: f64) -> Option<[[f64; 2]; 2]> {
+    let free = || after.iter().filter(|seen| seen.free && seen.loads.force_xy_peak_n > 0.0);
+    let range = |of: fn(&StretchLoads) -> f64| {
+        free().map(of).fold([f64::INFINITY, 0.0_f64], |[least, most], value| [least.min(value), most.max(value)])
     };
-    let below = free.iter().all(|seen| force(seen) < 0.9 * reference_n) && near(high);
-    let above = free.iter().all(|seen| force(seen) > 1.1 * reference_n) && near(low);
-    let range = free.iter().map(force).fold([f64::INFINITY, 0.0_f64], |[a, b], f| [a.min(f), b.max(f)]);
-    (below || above).then_some(range)
+    let force_n = range(|seen| seen.loads.force_xy_peak_n);
+    let is_missed = force_n[0].is_finite() && (force_n[1] < 0.9 * reference_n || force_n[0] > 1.1 * reference_n);
+    is_missed.then(|| [force_n, range(|seen| seen.stock_mm)])
 }

@@ -105,22 +105,18 @@ pub enum SemifinishError {
         /// Radius of the finishing ball, mm.
         finish_mm: f64,
     },
-    /// No stock within the bounds gives the reference anywhere.
+    /// No stock that may be left gives the reference anywhere.
     #[error(
-        "a finishing force of {wanted_n} N is out of reach: with the {which} stock that may be left, {stock_mm} mm, it \
-         is {least_n:.2} to {largest_n:.2} N"
+        "a finishing force of {wanted_n} N is out of reach: the nearest that was found is {:.2} to {:.2} N, with {:.3} \
+         to {:.3} mm of stock", force_n[0], force_n[1], stock_mm[0], stock_mm[1]
     )]
     OutOfReach {
         /// Reference, N.
         wanted_n: f64,
-        /// Most or least.
-        which: &'static str,
-        /// The bound, mm.
-        stock_mm: f64,
-        /// Least force with it, N.
-        least_n: f64,
-        /// Largest force with it, N.
-        largest_n: f64,
+        /// Least and largest force, N.
+        force_n: [f64; 2],
+        /// Least and largest stock with it, mm.
+        stock_mm: [f64; 2],
     },
     /// No force can be predicted for the finish.
     #[error(
