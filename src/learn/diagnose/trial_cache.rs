@@ -80,7 +80,7 @@ mod tests {
         let up_down = named("up-down-asymmetry").unwrap();
         let with = |free: bool, rounds: usize| {
             let both = [0.0, 0.0];
-            fit(&data, &[in_first(up_down.name, &both[..1 + usize::from(free)])], rounds).unwrap()
+            fit(&data, &[in_first(up_down.name, &both[..=usize::from(free)])], rounds).unwrap()
         };
         let (plain, model) = (fit(&data, &[], 0).unwrap(), with(false, 25));
         let trial = Trial { effect: up_down, fitted: model.clone(), gain: 1.0, score: 1.0 };
