@@ -57,6 +57,9 @@ fn a_block_whose_start_is_not_known_is_not_cut() {
 fn the_feed_that_something_unseen_may_use_stays() {
     for (dialect, user) in [
         (Dialect::Haas, "G12 I5. D1"),
+        (Dialect::Fanuc, "G95\nG1 X20.\nG94"),
+        (Dialect::LinuxCnc, "G93\nG94"),
+        (Dialect::Siemens, "G95\nG94"),
         (Dialect::Fanuc, "M198 P5"),
         (Dialect::Fanuc, "M98 P5"),
         (Dialect::Fanuc, "G65 P9810 Z-5."),

@@ -269,6 +269,19 @@ fn inverse_time_and_per_revolution_keep_their_unit() {
     assert_eq!(out, "G21 G90 S3000 M3\nG0 X0\nG95 G1 X10 F.15\nX20\n");
 }
 
+/// A control that keeps the number reads F100 in front of G95 as 100 mm per turn: it may not have become another.
+#[test]
+fn the_feed_is_restated_before_another_unit_of_feed_without_one() {
+    for (dialect, switch) in [(Dialect::Fanuc, "G95\nG1 X20"), (Dialect::LinuxCnc, "G93\nG94\nG1 X20")] {
+        let text = format!("G21 G90\nG0 X0\nG1 X10 F100\n{switch}\nX30 F.2\n");
+        let out = rewritten(&text, dialect, &quiet(), scaled(2.0));
+        assert!(out.contains(&format!("G1 X10 F200\nF100\n{switch}\n")), "{out}");
+    }
+    let stated = "G21 G90 S3000 M3\nG0 X0\nG1 X10 F100\nG95 G1 X20 F.1\n";
+    let out = rewritten(stated, Dialect::Fanuc, &quiet(), scaled(2.0));
+    assert_eq!(out, "G21 G90 S3000 M3\nG0 X0\nG1 X10 F200\nG95 G1 X20 F.2\n");
+}
+
 /// F of a piece in inverse time belongs to its length as written, which its rounded end changes.
 #[test]
 fn a_piece_in_inverse_time_is_not_faster_for_its_rounded_end() {

@@ -183,9 +183,11 @@ impl<'a> Writer<'a> {
         // What cannot be read puts nothing in force.
         let read = !self.is_unread(id);
         let mode = view.g_codes().filter(|code| read && matches!(code, 930 | 940 | 950)).last();
-        if mode.is_some_and(|mode| std::mem::replace(&mut self.feed_mode, mode) != mode) {
-            // Another unit of feed: none is in force.
-            (self.original, self.now) = (None, FeedInForce::Original);
+        let other_unit = mode.is_some_and(|mode| std::mem::replace(&mut self.feed_mode, mode) != mode);
+        // Some controls read the number in force in the new unit.
+        let handed_on = other_unit && self.uses_feed(id);
+        if other_unit && !handed_on {
+            self.forget_feed();
         }
         self.tool_changed |= view.tool_change();
         self.stats.f_words_before += view.words.iter().filter(|word| word.letter == b'F').count();
@@ -194,6 +196,7 @@ impl<'a> Writer<'a> {
             self.now = FeedInForce::Either;
         }
         let change = match &plan.want {
+            _ if handed_on => self.keep(id, &view, plan),
             Want::Feeds(pieces) if !view.flow && !view.delete => self.feeds(id, plan, &view, pieces),
             Want::Keep(why) => {
                 self.kept.push((id, (*why).to_owned()));
@@ -209,6 +212,9 @@ impl<'a> Writer<'a> {
             Want::Nothing => self.pass(&view),
         };
         self.emit(id, &view, change);
+        if handed_on {
+            self.forget_feed();
+        }
         self.last_number = numbered.or(self.last_number);
         if view.ends() || id.0 > self.part.blocks.start && self.ends_text(id) {
             // The next block is reached from elsewhere, where no feed of ours is in force.
@@ -217,6 +223,11 @@ impl<'a> Writer<'a> {
             // Plain language has no line of its own for a feed: behind the call of a file either may be in force.
             self.now = FeedInForce::Either;
         }
+    }
+
+    /// In another unit of feed none is in force.
+    fn forget_feed(&mut self) {
+        (self.original, self.now) = (None, FeedInForce::Original);
     }
 
     /// A `%` ends the text; of a Siemens only one that names the next program does.

@@ -190,9 +190,9 @@ impl Interpreter<'_, Heidenhain> {
     /// M136: F is per turn of the spindle, M137: per minute again. Both act from the beginning of their block on.
     fn feed_per_turn(&mut self, words: &Words) {
         if words.has_m(1360) {
-            self.feed_mode(FeedMode::PerRev);
+            self.feed_mode(FeedMode::PerRev, words);
         } else if words.has_m(1370) {
-            self.feed_mode(FeedMode::PerMinute);
+            self.feed_mode(FeedMode::PerMinute, words);
         }
     }
 

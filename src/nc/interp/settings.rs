@@ -118,9 +118,9 @@ impl<F: Family> Interpreter<'_, F> {
             }
             900 | 910 => modal.incremental = code == 910,
             901 | 911 => modal.absolute_centres = code == 901,
-            930 => self.feed_mode(FeedMode::InverseTime),
-            940 => self.feed_mode(FeedMode::PerMinute),
-            950 => self.feed_mode(FeedMode::PerRev),
+            930 => self.feed_mode(FeedMode::InverseTime, words),
+            940 => self.feed_mode(FeedMode::PerMinute, words),
+            950 => self.feed_mode(FeedMode::PerRev, words),
             400 => self.switch_compensation(0.0, false, words, span),
             410 | 411 => self.switch_compensation(1.0, code == 411, words, span),
             420 | 421 => self.switch_compensation(-1.0, code == 421, words, span),
@@ -201,8 +201,13 @@ impl<F: Family> Interpreter<'_, F> {
         self.not_understood("nc::frame", place, text, help);
     }
 
-    pub(crate) fn feed_mode(&mut self, mode: FeedMode) {
+    /// Another unit of feed: none is in force. Some controls keep the number and read it in the new unit, so without an F in the block the
+    /// one before it counts as used.
+    pub(crate) fn feed_mode(&mut self, mode: FeedMode, words: &Words) {
         if self.modal.feed_mode != mode {
+            if !words.has(b'F') {
+                self.uses_feed();
+            }
             self.modal.feed_mode = mode;
             self.modal.feed = FeedWord { value: 0.0, word: None, computed: false };
         }
