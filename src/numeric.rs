@@ -65,6 +65,11 @@ impl SignChange {
         self.last = Some(end);
     }
 
+    /// How wide it still is.
+    pub fn width(&self) -> f64 {
+        (self.ends[1] - self.ends[0]).abs()
+    }
+
     /// The end with a negative value.
     pub fn negative(&self) -> f64 {
         self.ends[0]

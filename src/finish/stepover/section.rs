@@ -23,14 +23,18 @@
 use super::shape::Shape;
 use crate::engage::EngagedArc;
 use crate::machine::Slice;
-use crate::numeric::{bisect, middle};
+use crate::numeric::{SignChange, bisect, middle};
 use crate::path::Vec3;
 use std::f64::consts::{PI, TAU};
 
-/// Number of angles on a ring at which stock is tested; between two that differ the border is found by bisection.
+/// Number of angles on a ring at which stock is tested; between two that differ the border is found by regula falsi.
 const LOOKS: usize = 17;
-/// Bisections of a border: 11° to 1e-5 rad.
-const HALVINGS: u32 = 14;
+/// A border is known when it lies between two angles as close as this, rad, as an arc is rounded,
+const BORDER_RAD: f64 = 1e-5;
+/// or where the stock ends within this, mm: a tenth of a nanometre.
+const BORDER_MM: f64 = 1e-7;
+/// Most steps of regula falsi, which needs five or six; as many halvings would leave less than 1e-9 rad.
+const BORDER_STEPS: usize = 30;
 /// Bisections of the component of the normal on the curve that a pass leaves: 1 to 1e-9.
 const LOWER_HALVINGS: u32 = 30;
 
@@ -178,22 +182,26 @@ impl Section {
         if self.clear(middle, ring.radius_mm) {
             return;
         }
-        let stock = |phi: f64| {
-            let (sin, cos) = phi.sin_cos();
+        let stock_at = |(sin, cos): (f64, f64)| {
             let (aside, ahead) = (ring.radius_mm * cos, ring.radius_mm * sin);
             let aside = if self.turn == 0.0 { aside } else { self.aside(aside, ahead) };
             let at = |k: usize| middle[k] + aside * left[k] + ahead * forward[k];
             self.stock([at(0), at(1)])
         };
-        let at = |k: usize| from + (to - from) * k as f64 / (LOOKS - 1) as f64;
-        let (mut before, mut entry) = (stock(from), None);
+        let stock = |phi: f64| stock_at(phi.sin_cos());
+        let step = (to - from) / (LOOKS - 1) as f64;
+        let at = |k: usize| from + step * k as f64;
+        // sin and cos of the next angle by the angle between, which is the same for all.
+        let (mut turned, (sin, cos)) = (from.sin_cos(), step.sin_cos());
+        let (mut before, mut entry) = (stock_at(turned), None);
         if before > 0.0 {
             entry = Some(from);
         }
         for k in 1..LOOKS {
-            let here = stock(at(k));
+            turned = (turned.0 * cos + turned.1 * sin, turned.1 * cos - turned.0 * sin);
+            let here = stock_at(turned);
             if (here > 0.0) != (before > 0.0) {
-                let border = border(&stock, at(k - 1), at(k));
+                let border = border(&stock, (at(k - 1), before), (at(k), here));
                 match entry.take() {
                     Some(entry) => put(entry, border),
                     None => entry = Some(border),
@@ -348,9 +356,18 @@ fn middle_of(holds: impl Fn(f64) -> bool, to: f64) -> f64 {
 }
 
 /// Where the sign of a function changes between two angles.
-fn border(of: &dyn Fn(f64) -> f64, from: f64, to: f64) -> f64 {
-    let inside = of(from) > 0.0;
-    middle(bisect(|at| (of(at) > 0.0) == inside, from, to, HALVINGS))
+fn border(of: &dyn Fn(f64) -> f64, from: (f64, f64), to: (f64, f64)) -> f64 {
+    let (negative, positive) = if from.1 > 0.0 { (to, from) } else { (from, to) };
+    let mut between = SignChange::new(negative, positive);
+    for _ in 0..BORDER_STEPS {
+        let at = between.next();
+        let value = of(at);
+        between.narrow(at, value);
+        if value.abs() <= BORDER_MM || between.width() <= BORDER_RAD {
+            return at;
+        }
+    }
+    between.next()
 }
 
 /// Scallop height, mm, between two passes of a ball of radius r whose centres are p = `apart_mm` apart, on a surface
