@@ -3,10 +3,11 @@
 //! [`Proof`].
 //!
 //! A cutting block makes exactly one feed move, executed once, and no probing move. In it the numbers of X, Y and Z may
-//! differ, and a coordinate that was left out may be added; for an arc also I, J, K, R may differ, its G code may become
-//! that of a straight move, and lines with X, Y and Z alone may follow it, each of which makes one straight move. Where
+//! differ, and a coordinate that was left out may be added; for an arc also R, or I, J, K of those that its block has or
+//! its plane asks for. Its G code may become that of a straight move, which has none of them (in front of a straight move some
+//! controls take R for a corner), and lines with X, Y and Z alone may follow it, each of which makes one straight move. Where
 //! a control may count a number without a decimal point in increments, every number that differs has a point, and so
-//! have those of the original block. Everything else is the same byte for byte, except blanks between the words of a
+//! have those of the original block; none has more than [`DIGITS`] digits, unless the original's has. Everything else is the same byte for byte, except blanks between the words of a
 //! cutting block. The motions are compared move by move: kind, feed, spindle, tool, work offset and path mode are the
 //! same, and so are dwells, tool changes and stops between them. The path of a move and that of what takes its place are
 //! walked from end to end together ([`super::walk`]): with w the stated distance they are never more than w apart, and
@@ -19,14 +20,16 @@
 
 use super::walk;
 use crate::ids::BlockId;
-use crate::nc::{CommentForm, Event, Freeze, Move, MoveKind, Program, TokenKind, Toolpath};
-use crate::path::Curve;
+use crate::nc::{CommentForm, Event, Freeze, Move, MoveKind, Program, Syntax, TokenKind, Toolpath};
+use crate::path::{Curve, Plane};
 use std::collections::BTreeMap;
 
 /// Comment at the head of a moved program.
 pub const MARK: &str = "SEMI-FINISH MOVED BY FEEDWRIGHT";
 /// Tolerance for rounding of decimal numbers, mm.
 const ROUNDED_MM: f64 = 1e-6;
+/// Digits of a number that every control reads: a Fanuc takes eight, since the series 30i nine.
+const DIGITS: usize = 9;
 /// G codes of feed moves.
 const MOTION: [f64; 3] = [1.0, 2.0, 3.0];
 /// Most differences that are listed.
@@ -64,7 +67,8 @@ impl Proof {
 pub fn prove(programs: [&Program; 2], paths: [&Toolpath; 2], within_mm: f64) -> Proof {
     let mut proof = Proof::default();
     let cuts = cutting(programs[0], paths[0]);
-    let Some(matched) = texts(programs, &cuts, &mut proof) else { return proof };
+    let moved = cutting(programs[1], paths[1]);
+    let Some(matched) = texts(programs, [&cuts, &moved], &mut proof) else { return proof };
     remarks(paths, &mut proof);
     motions(paths, &cuts, &matched, within_mm, &mut proof);
     let between = |path: &Toolpath, of: &dyn Fn(u32) -> u32| -> Vec<Event> {
@@ -111,7 +115,7 @@ enum Cuts {
     No,
     /// A line or an arc.
     Line,
-    Arc,
+    Arc(Plane),
 }
 
 fn cutting(program: &Program, path: &Toolpath) -> Vec<Cuts> {
@@ -124,14 +128,18 @@ fn cutting(program: &Program, path: &Toolpath) -> Vec<Cuts> {
         block.1 = match motion.curve() {
             _ if !plain => Cuts::No,
             Curve::Line { .. } => Cuts::Line,
-            Curve::Arc(_) => Cuts::Arc,
+            Curve::Arc(arc) => Cuts::Arc(arc.plane),
         };
     }
     of.into_iter().map(|(count, cuts)| if count == 1 { cuts } else { Cuts::No }).collect()
 }
 
 /// Blocks of the second program that correspond to each block of the first; `None` if the texts cannot be matched.
-fn texts([before, after]: [&Program; 2], cuts: &[Cuts], proof: &mut Proof) -> Option<Vec<std::ops::Range<u32>>> {
+fn texts(
+    [before, after]: [&Program; 2],
+    [cuts, moved]: [&[Cuts]; 2],
+    proof: &mut Proof,
+) -> Option<Vec<std::ops::Range<u32>>> {
     let mut matched = Vec::with_capacity(before.len());
     let (mut at, mut marked) = (0_u32, false);
     for block in before.blocks() {
@@ -146,18 +154,29 @@ fn texts([before, after]: [&Program; 2], cuts: &[Cuts], proof: &mut Proof) -> Op
         let cut = cuts[block.ix()];
         let own = words(before, block, cut);
         let codes = [(before, block), (after, BlockId(at))].map(|(program, block)| motion_codes(program, block));
-        if own != words(after, BlockId(at), cut) || (cut == Cuts::Arc && codes[1] > codes[0].max(1)) {
+        if own != words(after, BlockId(at), cut) || (is_arc(cut) && codes[1] > codes[0].max(1)) {
             proof.differs(lines, "more than coordinates of a cutting move differ");
             return None;
         }
         let first = at;
         at += 1;
-        while cut == Cuts::Arc && (at as usize) < after.len() && only_coordinates(after, BlockId(at)) {
+        while is_arc(cut) && (at as usize) < after.len() && only_coordinates(after, BlockId(at)) {
             at += 1;
             proof.chords += 1;
         }
         if cut != Cuts::No && (first..at).any(|line| counted_otherwise([before, after], block, BlockId(line))) {
             proof.differs(lines, "a coordinate without a decimal point may count increments");
+        }
+        if cut != Cuts::No && (first..at).any(|line| is_too_long([before, after], block, BlockId(line))) {
+            proof.differs(lines, format!("a number has more than {DIGITS} digits"));
+        }
+        if let Cuts::Arc(plane) = cut
+            && !fits_arc([before, after], [block, BlockId(first)], plane, moved[first as usize])
+        {
+            proof.differs(
+                lines,
+                "the centre or the radius of an arc is given by other words, or beside a straight move",
+            );
         }
         matched.push(first..at);
     }
@@ -179,8 +198,8 @@ fn words(program: &Program, block: BlockId, cuts: Cuts) -> Vec<&[u8]> {
     for token in program.tokens(block) {
         let may = match token.kind {
             TokenKind::Blank | TokenKind::Word(b'X' | b'Y' | b'Z') => true,
-            TokenKind::Word(b'I' | b'J' | b'K' | b'R') => cuts == Cuts::Arc,
-            TokenKind::Word(b'G') => cuts == Cuts::Arc && MOTION.contains(&token.number),
+            TokenKind::Word(b'I' | b'J' | b'K' | b'R') => is_arc(cuts),
+            TokenKind::Word(b'G') => is_arc(cuts) && MOTION.contains(&token.number),
             _ => false,
         };
         if !may {
@@ -188,6 +207,30 @@ fn words(program: &Program, block: BlockId, cuts: Cuts) -> Vec<&[u8]> {
         }
     }
     tokens
+}
+
+fn is_arc(cuts: Cuts) -> bool {
+    matches!(cuts, Cuts::Arc(_))
+}
+
+/// Letters of the words that give the centre or the radius of an arc.
+fn centre_letters(program: &Program, block: BlockId) -> Vec<u8> {
+    let letter = |kind: TokenKind| match kind {
+        TokenKind::Word(letter) if b"IJKR".contains(&letter) => Some(letter),
+        _ => None,
+    };
+    program.tokens(block).filter_map(|token| letter(token.kind)).collect()
+}
+
+/// May the block in the place of an arc's have the words for centre and radius that it has? None beside a straight move; R, once, in the
+/// place of R; else those that the block of the arc has and those of its plane, each once.
+fn fits_arc([before, after]: [&Program; 2], [own, other]: [BlockId; 2], plane: Plane, moved: Cuts) -> bool {
+    let [known, letters] = [centre_letters(before, own), centre_letters(after, other)];
+    let (a, b, _) = plane.axes();
+    let of_plane = [a, b].map(|axis| b"IJK"[axis]);
+    let may = |letter: &u8| known.contains(letter) || !known.contains(&b'R') && of_plane.contains(letter);
+    let once = |letter: &u8| letters.iter().filter(|other| *other == letter).count() == 1;
+    if is_arc(moved) { letters.iter().all(|letter| may(letter) && once(letter)) } else { letters.is_empty() }
 }
 
 /// Number of motion codes in a block.
@@ -211,9 +254,22 @@ fn counted_otherwise([before, after]: [&Program; 2], own: BlockId, other: BlockI
     before.dialect().properties().counts_increments && words(after, other).iter().any(new)
 }
 
-/// Is a line the mark in a form of the dialect, and nothing else?
+/// Does a block in the place of another write a number with more digits than every control reads, and than its own has?
+fn is_too_long([before, after]: [&Program; 2], own: BlockId, other: BlockId) -> bool {
+    let digits = |program: &Program, block: BlockId| {
+        let places = program.tokens(block).filter(|t| matches!(t.kind, TokenKind::Word(l) if b"XYZIJKR".contains(&l)));
+        let count = |bytes: &[u8]| bytes.iter().filter(|byte| byte.is_ascii_digit()).count();
+        places.map(|token| count(token.span.of(program.text()))).max().unwrap_or(0)
+    };
+    digits(after, other) > DIGITS.max(digits(before, own))
+}
+
+/// Is a line the mark in a form of the dialect, and nothing else? Plain language numbers its lines; no program in it is moved.
 fn is_mark(program: &Program, line: u32) -> bool {
     let text = || program.span(BlockId(line)).of(program.text()).trim_ascii();
+    if program.dialect().syntax() == Syntax::Heidenhain {
+        return false;
+    }
     let forms = [CommentForm::Parentheses, CommentForm::Semicolon];
     let forms = forms.into_iter().filter(|form| program.dialect().has_comment(*form));
     (line as usize) < program.len() && forms.map(|form| form.write(MARK)).any(|mark| text() == mark.as_bytes())
@@ -249,7 +305,7 @@ fn motions(
             return;
         };
         let mut pieces = vec![first];
-        if cuts[motion.block.ix()] == Cuts::Arc {
+        if is_arc(cuts[motion.block.ix()]) {
             while let Some(piece) = next.next_if(|other| blocks.contains(&other.block.0)) {
                 pieces.push(piece);
             }
