@@ -80,6 +80,23 @@ fn a_minimum_that_gives_way_to_a_load_limit_is_said_with_both_numbers() {
     assert!(number(&held["check"], "resimulated_worst_ratio") <= 1.01);
 }
 
+/// The force in the slot is linear in the feed. 72 mm/min are 0.003 mm per tooth, below which an edge rubs.
+#[test]
+fn a_limit_that_leaves_an_edge_rubbing_is_told() {
+    let peak = number(limit(&run("force_xy = 600").1, "force_xy"), "before_max");
+    let held_at = |most: f64| run(&format!("force_xy = {most}\nfeed_change = {{ min = 0.01 }}"));
+    let feed = |(dir, _): &(TempDir, Value)| feeds_in_cut(dir.path()).into_iter().fold(f64::INFINITY, f64::min);
+    let [upper, lower] = [0.8, 0.7].map(|share| feed(&held_at(share * peak)));
+    let slope = 0.1 * peak / (upper - lower);
+    for (slowed, rubs) in [(60.0, 1), (80.0, 0)] {
+        let held = held_at(0.7 * peak - slope * (lower - slowed));
+        let least = feed(&held);
+        assert!((least - slowed).abs() < 8.0, "{slowed}: {least}");
+        let said = warnings(&held.1, "schedule::rubbing");
+        assert_eq!(said.len(), rubs, "{least} mm/min: {said:?}");
+    }
+}
+
 /// Feeds of the stations that cut, mm/min.
 fn feeds_in_cut(dir: &Path) -> Vec<f64> {
     rows(dir).iter().filter(|row| row.removal_mm2 > 0.01).map(|row| row.feed_after).collect()

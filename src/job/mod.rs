@@ -150,6 +150,7 @@ fn posed(task: Task, edges: EdgeWear, watch: &Watch) -> Result<(ProgramRun, Opti
     diagnostics.extend(remarks::forgotten(&program));
     diagnostics.extend(remarks::idle_operations(&toolpath, &map, &job, &origins, asked_for));
     diagnostics.extend(remarks::overruled(&problem, &toolpath));
+    diagnostics.extend(remarks::rubbing(&problem, &toolpath, &job));
     diagnostics.extend(remarks::files(&program, &toolpath));
     diagnostics.extend(remarks::stock(&map, &toolpath));
     diagnostics.extend(plausible::implausible(&plausible::Simulation { toolpath: &toolpath, map: &map, job: &job }));
