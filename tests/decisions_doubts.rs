@@ -264,9 +264,22 @@ fn a_move_from_where_only_the_control_knows_does_not_rise() {
         assert!(placed(5), "{name}");
     }
     for command in ["$X", "$10=3"] {
-        let path = read(&format!("G21 G90\nG1 X5. F300.\n{command}\nX9.\nM30\n"), Dialect::Grbl, &bare());
-        assert!(path.moves.iter().all(|motion| motion.placed), "{command}");
+        let text = format!("G21 G90\nG0 X0 Y0 Z5.\nG1 X5. F300.\n{command}\nX9.\nM30\n");
+        let path = read(&text, Dialect::Grbl, &bare());
+        let moves = path.moves.iter().filter(|motion| motion.kind == MoveKind::Feed);
+        assert_eq!(moves.filter(|motion| motion.placed).count(), 2, "{command}");
     }
+}
+
+/// Where the tool stands before an axis is commanded for the first time nobody knows, unless the setup says.
+#[test]
+fn a_feed_move_from_a_start_that_nobody_gave_is_not_placed() {
+    let text = "G21 G90\nT1 M6\nS8000 M3\nG1 X50. Y40. F1000.\nG1 X20.\nG1 Z-5. F500.\nG1 X60.\nM30\n";
+    let placed = |environment: &Environment| -> Vec<bool> {
+        read(text, Dialect::Fanuc, environment).moves.iter().map(|motion| motion.placed).collect()
+    };
+    assert_eq!(placed(&bare()), [false, false, false, true]);
+    assert_eq!(placed(&Environment { start_mm: Some(Vec3::new(0.0, 0.0, 200.0)), ..bare() }), [true; 4]);
 }
 
 /// The first length offset of a tool is taken for the one that the setup describes; another one moves its tip.
@@ -297,6 +310,14 @@ fn another_length_of_the_same_tool_is_a_doubt() {
         assert!(!fanuc(same), "{same}");
     }
     assert!(!doubted(Dialect::Fanuc, "", "G49"), "no offset was ever in force");
+    // After another tool its length stays in force, until the next one has its own.
+    for other in ["T8 M6\nS8000 M3", "T8 M6\nS8000 M3\nG43 H1", "T8 M6\nS8000 M3\nG43 H0", "T8 M6\nT1 M6\nG1 X5."] {
+        assert!(fanuc(other), "{other}");
+    }
+    for same in ["T8 M6\nS8000 M3\nG43 H8", "T8 M6\nS8000 M3\nG43", "T1 M6\nS8000 M3", "T8 M6\nT1 M6\nG43 H1"] {
+        assert!(!fanuc(same), "{same}");
+    }
+    assert!(!doubted(Dialect::Fanuc, "", "T8 M6\nS8000 M3"), "no tool has a length by its number");
     for other in ["G43.1 Z-3.", "G43.2 H3", "G10 L1 P1 Z5."] {
         assert!(doubted(Dialect::LinuxCnc, "G43 H1\n", other), "{other}");
     }

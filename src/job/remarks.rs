@@ -12,7 +12,7 @@ use crate::nc::{Environment, Event, Freeze, Move, MoveKind, Program, Toolpath};
 use crate::report::short;
 use crate::rewrite;
 use crate::schedule::cutters::Cutters;
-use crate::schedule::idle_limits::{Idle, idle};
+use crate::schedule::idle_limits::{CANCELLED, Idle, idle};
 use crate::schedule::rules::rules;
 use crate::schedule::{Conflict, Node, NotRaised, Problem, Schedule, as_programmed};
 use crate::setup::Assumption;
@@ -127,9 +127,6 @@ pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
     }
     found
 }
-
-/// Share of a limit below which a load counts as 0: forces of opposite edges that cancel apart from rounding.
-const CANCELLED: f64 = 1e-9;
 
 /// Load limits far above every load, which therefore do not permit a higher feed.
 pub fn idle_limits(toolpath: &Toolpath, map: &EngagementMap, job: &Job) -> Vec<Diagnostic> {

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::confidence::{Margin, doubt, places};
 use super::cutters::{Cutters, SLIVER_MM, skims};
 use super::history::{self, History};
-use super::idle_limits::{self, Idle};
+use super::idle_limits::{self, CANCELLED, Idle};
 use super::known_loads::KnownLoads;
 use super::not_raised::{self, EarlierOutput, Reasons};
 use super::problem::{Bound, Conflict, Node, NotRaised, Problem};
@@ -246,8 +246,9 @@ impl Context<'_> {
         let cap = |line: &LoadLine, kind, limit| margin.cap(line, kind, limit);
         let floor = lowest_feed(line.as_ref(), rule, programmed);
         let acts = self.idle[self.rules.index_of(node.move_id)].is_none();
-        let highest = if !rule.loads.is_empty() && acts && line.is_some() && !skims(station) {
-            let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE_MAX[0]);
+        let most = rule.limits.feed_change_max.unwrap_or(FEED_CHANGE_MAX[0]);
+        let answers = || line.as_ref().is_some_and(|line| answers(line, rule, programmed));
+        let highest = if acts && !skims(station) && answers() {
             Bound { feed_mm_s: programmed * most, kind: LimitKind::FeedChange, per_unit: programmed }
         } else {
             node.not_raised = node.not_raised.or(Some(NotRaised::NoLoadLimit));
@@ -319,6 +320,16 @@ fn load_cap(line: &LoadLine, cap: &CapOf, rule: &Rule, (spindle, rps): (&Spindle
         let most = (next_mm_s - bound.feed_mm_s).max(0.0) / percent;
         LoadCap::At(Bound { per_unit: bound.per_unit.min(most), ..bound })
     })
+}
+
+/// Does a load that is limited grow with the feed here? An axial limit says nothing about a slot whose edges have no axial force.
+fn answers(line: &LoadLine, rule: &Rule, feed_mm_s: f64) -> bool {
+    let [low, high] = [feed_mm_s, 2.0 * feed_mm_s].map(|feed| line.loads(feed));
+    let grows = |(kind, limit): &(LimitKind, f64)| {
+        let [low, high] = [low, high].map(|loads| loads.bounded_by(*kind).unwrap_or(0.0));
+        high > low && high > CANCELLED * limit
+    };
+    rule.loads.iter().any(grows)
 }
 
 /// Power and torque that the spindle has at a speed, each as a limit in the unit of [`crate::machine::Limits`].

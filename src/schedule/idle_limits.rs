@@ -17,6 +17,9 @@ use rayon::prelude::*;
 /// a limit of which a cut reaches a quarter was chosen by somebody.
 pub const ACTS_FROM: f64 = 0.1;
 
+/// Share of a limit below which a load counts as 0: forces of opposite edges that cancel apart from rounding.
+pub const CANCELLED: f64 = 1e-9;
+
 /// The limit of a rule that comes nearest to being reached, and how near.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Idle {

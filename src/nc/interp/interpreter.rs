@@ -184,6 +184,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 misread: None,
                 freeze: None,
                 splittable: true,
+                placed: true,
                 displaced: false,
                 contour_mm: None,
                 assignments: Vec::new(),
@@ -450,6 +451,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
         if self.linked_at().is_none() {
             self.block.freeze = Some(Freeze::OtherFile);
         }
+        self.block.placed = self.place.known == [true; 3];
         self.block.splittable = self.flow.calls.is_empty()
             && self.place.elsewhere == [false; 3]
             && self.place.by_switch == [false; 3]

@@ -272,7 +272,7 @@ impl<F: Family> Interpreter<'_, F> {
         motion.freeze = freeze;
         // Every piece of a block would stop at its end.
         motion.splittable = self.block.splittable && path_mode != PathMode::ExactStop;
-        motion.placed = self.place.elsewhere == [false; 3];
+        motion.placed = self.block.placed && self.place.elsewhere == [false; 3];
         motion
     }
 

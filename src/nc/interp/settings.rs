@@ -1,7 +1,7 @@
 //! G and M codes that put something in force: modes, units, offsets, feed, speed, tool. In: the words of a block. Out: changed state.
 
 use super::interpreter::{Family, Interpreter, Setting};
-use super::state::{Action, FeedWord, Length, Modal, Motion, ToolLength};
+use super::state::{Action, FeedWord, Length, Modal, Motion};
 use super::words::Words;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
@@ -322,7 +322,7 @@ impl<F: Family> Interpreter<'_, F> {
 
     fn change_tool(&mut self) {
         self.modal.tool = self.modal.next_tool;
-        self.tool_length = ToolLength::default();
+        self.tool_length.comes_in(self.modal.tool);
         self.event(Event::Tool { number: self.modal.tool, line: self.line_number() });
     }
 

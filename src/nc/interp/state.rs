@@ -321,12 +321,14 @@ pub enum Length {
 }
 
 /// The length offset of the tool in the spindle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ToolLength {
     /// The first one since it came in.
     pub first: Length,
     /// The one in force.
     pub now: Length,
+    /// Of the tools so far that took a length by its number: that number and the tool.
+    pub taken: Vec<(u32, u32)>,
 }
 
 /// How spindle and tool changes are commanded.
@@ -351,6 +353,8 @@ pub struct BlockState {
     pub freeze: Option<Freeze>,
     /// May its moves be cut in pieces?
     pub splittable: bool,
+    /// Was each axis commanded before it, or its place known from the start?
+    pub placed: bool,
     /// Where the tool stands behind it is in doubt, whatever its words say.
     pub displaced: bool,
     /// Length of the contour that it programs, mm, where the tool runs beside it: its time is that of this length.

@@ -1,11 +1,32 @@
 //! The length offset in force: H with G43 and G44, G49, the D of a Siemens. In: the words of a block. Out: a doubt where a feed move is made
-//! under another offset than the first one that the tool had since it came in, whose length the setup is taken to describe.
+//! under another offset than the first one that the tool had since it came in, whose length the setup is taken to describe; under the number of
+//! another tool; or under none, where an earlier tool had one (a G43 that was forgotten: the length of that tool stays in force).
 
 use super::interpreter::{Family, Interpreter};
-use super::state::Length;
+use super::state::{Length, ToolLength};
 use super::words::Words;
 use crate::diag::Span;
 use crate::nc::doubt::Doubt;
+
+impl ToolLength {
+    /// A tool is in the spindle. Where it is the one whose length is in force, that stays.
+    pub fn comes_in(&mut self, tool: u32) {
+        let same = matches!(self.now, Length::Number(number) if self.taken.contains(&(number, tool)));
+        if !same {
+            (self.first, self.now) = (Length::Unsaid, Length::Unsaid);
+        }
+    }
+
+    /// The tool takes the length with this number. True where another tool had it.
+    fn take(&mut self, number: u32, tool: u32) -> bool {
+        let known = self.taken.iter().find(|(of, _)| *of == number);
+        let anothers = known.is_some_and(|(_, other)| *other != tool && *other != 0);
+        if known.is_none() {
+            self.taken.push((number, tool));
+        }
+        anothers
+    }
+}
 
 impl<F: Family> Interpreter<'_, F> {
     /// G43 and G44 with H, G49 (code times ten).
@@ -15,6 +36,7 @@ impl<F: Family> Interpreter<'_, F> {
             (430, Some(number)) => self.select_length(number),
             // Without H it is the offset of the tool, or the one before.
             (430, None) if self.tool_length.now == Length::Other => self.tool_length.now = self.tool_length.first,
+            (430, None) if self.tool_length.first == Length::Unsaid => self.select_length(self.modal.tool),
             (430, None) => {}
             (440, _) => self.tool_length.now = Length::Other,
             _ if self.tool_length.first != Length::Unsaid => self.tool_length.now = Length::Other,
@@ -46,6 +68,9 @@ impl<F: Family> Interpreter<'_, F> {
             self.tool_length.first = chosen;
         }
         self.tool_length.now = chosen;
+        if number > 0 && !F::EDGES_BY_D && self.tool_length.take(number, self.modal.tool) {
+            self.tool_length.now = Length::Other;
+        }
     }
 
     /// The program writes the length of an offset (G10 L1, L10, L11; a variable of the control), which may be the one in force.
@@ -58,7 +83,8 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// Before a motion at a feed.
     pub(crate) fn length_in_use(&mut self, place: Span) {
-        if self.tool_length.now != self.tool_length.first {
+        let forgotten = self.tool_length.first == Length::Unsaid && !self.tool_length.taken.is_empty();
+        if self.tool_length.now != self.tool_length.first || forgotten && !F::EDGES_BY_D {
             self.doubt(Doubt::ToolLength, place);
         }
     }
