@@ -13,7 +13,7 @@ use feedwright::schedule::cutters::Cutters;
 use feedwright::schedule::idle_limits::{ACTS_FROM, idle};
 use feedwright::schedule::operations::segments;
 use feedwright::schedule::rules::rules;
-use feedwright::schedule::{NotRaised, as_programmed};
+use feedwright::schedule::{NotRaised, as_programmed, problem};
 use feedwright::setup::{self, Assumption};
 use std::path::Path;
 
@@ -62,6 +62,24 @@ fn run(rest: &str, wanted: Wanted, whole: bool) -> ProgramRun {
     };
     let task = Task { program: nc::parse(PROGRAM.into(), None), job, assumptions, wanted };
     if whole { optimize(task, &watch).unwrap() } else { simulate(task, &watch).unwrap() }
+}
+
+/// One plunge comes near the axial limit; the slots behind it have no axial force, or one that grows with the feed.
+#[test]
+fn a_limit_on_a_load_that_is_none_here_raises_nothing() {
+    let program = "G21 G90 G17\nT1 M6\nS8000 M3\nG0 X10 Y10 Z2\nG1 Z-4 F200\nX30 F600\nG0 Z2\nM30\n";
+    let rises = |axial: &str| {
+        let rest = format!("[process.base]\nk_tc = 800\nk_te = 14\n{axial}\n[limits]\nforce_axial = 400\n");
+        let job = setup::load(&format!("{SETUP}{rest}"), Path::new(".")).unwrap().0;
+        let toolpath = nc::interpret(&nc::parse(program.into(), None), &Environment::from_job(&job));
+        let map = engage(&toolpath, &job, &engage::Options::default(), &|_| {}).unwrap();
+        let problem = problem(&toolpath, &map, &job);
+        let slot: Vec<_> =
+            problem.nodes.iter().filter(|node| toolpath.moves[node.move_id.ix()].line == 6 && node.cutting).collect();
+        assert!(!slot.is_empty());
+        slot.iter().any(|node| node.not_raised.is_none() && node.cap.feed_mm_s > node.programmed_mm_s)
+    };
+    assert!(!rises("k_ac = 0\nk_ae = 0") && rises("k_ac = 150\nk_ae = 2"));
 }
 
 #[test]

@@ -144,7 +144,7 @@ impl Doubt {
             Doubt::TiltedFrame => "the plane is tilted, or the control follows the tool tip",
             Doubt::WorkOffset => "the setup does not say where this work offset lies",
             Doubt::ZeroShift => "the zero was shifted by an amount that is not known",
-            Doubt::ToolLength => "another tool length is in force than the one the tool came in with",
+            Doubt::ToolLength => "the tool length in force may be another than that of this tool",
             Doubt::Probe => "a probed position sets the zero",
             Doubt::MissingProgram => "a subprogram or macro is missing",
             Doubt::UnknownCode => "a code whose meaning is not known stands before it",
