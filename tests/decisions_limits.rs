@@ -82,6 +82,42 @@ fn a_limit_on_a_load_that_is_none_here_raises_nothing() {
     assert!(!rises("k_ac = 0\nk_ae = 0") && rises("k_ac = 150\nk_ae = 2"));
 }
 
+/// A drill, a boring bar and a tap.
+const HOLES: &str = "[[tool]]\nnumber = 2\nshape = \"drill\"\ndiameter = 6.8\noverhang = 60\n[[tool]]\nnumber = 3\nshape = \"flat\"\ndiameter = 7.2\nflutes = 1\noverhang = 20\n\
+    [[tool]]\nnumber = 4\nshape = \"tap\"\ndiameter = 8\noverhang = 60\n";
+
+fn of_holes(rest: &str, cycles: &str) -> (Toolpath, EngagementMap, Job) {
+    let program =
+        format!("G21 G90 G17\nT2 M6\nS3000 M3\nG0 X20 Y10 Z10\nG98 G81 Z-8 R2 F300\nG80\n{cycles}\nG80\nG0 Z50\nM30\n");
+    let setup = format!("{SETUP}{HOLES}{rest}").replace("linuxcnc", "fanuc");
+    let job = setup::load(&setup, Path::new(".")).unwrap().0;
+    let toolpath = nc::interpret(&nc::parse(program.into(), Some(nc::Dialect::Fanuc)), &Environment::from_job(&job));
+    let map = engage(&toolpath, &job, &engage::Options::default(), &|_| {}).unwrap();
+    (toolpath, map, job)
+}
+
+/// It is turned so that its one edge looks away from the wall, and goes out beside the axis. A rapid aside with the spindle turning is none of that.
+#[test]
+fn a_boring_bar_that_steps_off_the_wall_is_no_collision() {
+    let events = |cycles: &str| of_holes("", cycles).1.events.len();
+    assert_eq!(events("T3 M6\nS1200 M3\nG0 X20 Y10 Z10\nG98 G76 Z-6 R2 Q0.3 F80"), 0);
+    assert_eq!(events("T3 M6\nS1200 M3\nG0 X20 Y10 Z10\nG1 Z-6 F80\nG0 X20.3"), 1);
+}
+
+/// A tap advances by its pitch; what bounds the feed per tooth of a mill says nothing about it.
+#[test]
+fn a_tap_has_no_feed_per_tooth() {
+    let kinds = |tool: u32| -> Vec<LimitKind> {
+        let (toolpath, map, job) =
+            of_holes("[limits]\nforce_axial = 900\nfeed_per_tooth = 0.15\n", "T4 M6\nS500 M3\nG84 Z-6 R2 F625");
+        let rules = rules(&toolpath, &map, &job);
+        let of = toolpath.iter_moves().find(|(_, motion)| motion.tool == tool && motion.cycle).unwrap().0;
+        rules.of(of).loads.iter().map(|(kind, _)| *kind).collect()
+    };
+    assert_eq!(kinds(2), [LimitKind::ForceAxial, LimitKind::FeedPerTooth]);
+    assert_eq!(kinds(4), [LimitKind::ForceAxial]);
+}
+
 #[test]
 fn the_change_of_feed_hangs_on_measured_coefficients() {
     let most = |rest: &str| {

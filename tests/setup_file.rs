@@ -142,6 +142,17 @@ fn every_key_arrives_in_internal_units() {
     assert!(!job.output.split && job.output.exclude == [(120, 180)]);
 }
 
+/// A tool without a flute length has flutes of three diameters, but none longer than it reaches out of its holder.
+#[test]
+fn flutes_that_are_not_given_end_at_the_holder() {
+    for (overhang, expected_mm) in [(60, 30.0), (25, 25.0)] {
+        let text = SMALL.replace("flutes = 4", &format!("flutes = 4\noverhang = {overhang}"));
+        let (job, assumptions) = setup::load(&text, Path::new(".")).unwrap();
+        assert_eq!(job.tools[0].flute_length_mm, expected_mm);
+        assert!(assumptions.iter().any(|assumed| assumed.key == "tool[T1].flute_length"));
+    }
+}
+
 #[test]
 fn every_default_is_listed_and_only_defaults() {
     let (_, assumptions) = setup::load(SMALL, Path::new(".")).unwrap();

@@ -727,6 +727,7 @@ fn what_makes_no_sense_is_refused_with_its_reason() {
         (rows(&[(sha, 1, "0.09")]), "thousands of the unit"),
         (rows(&[(sha, 1, "-90")]), "is no load of this cut"),
         (rows(&[(sha, 1, "")]), "no load was filled in"),
+        (rows(&[(sha, 1, "90"), (sha, 2, "n.i.O.")]), "`n.i.O.` in row 2, column force_xy_n, is no number"),
     ];
     let update = ["toollife", "update", "part.life.nc", "--setup", "part.setup.toml", "--measured", "read.csv"];
     let state = fs::read(folder.join("T1.life.toml")).unwrap();

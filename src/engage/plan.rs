@@ -31,6 +31,12 @@ pub(super) struct PlacedElements {
     shifts: Vec<(u16, Vec3)>,
 }
 
+/// A rapid of a cycle with the spindle stopped: G76 and G87 turn the one edge of a boring bar off the wall and step it aside before they go out.
+/// The body that the tool sweeps while it turns is not there.
+fn is_turned_off(motion: &Move) -> bool {
+    motion.cycle && motion.kind == MoveKind::Rapid && motion.spin.rps == 0.0
+}
+
 impl PlacedElements {
     pub fn new(path: &Toolpath, job: &Job, cutting: &[&Tool]) -> Self {
         let mut wcs: Vec<u16> = path.moves.iter().map(|motion| motion.wcs).collect();
@@ -45,6 +51,7 @@ impl PlacedElements {
         laid.first.reserve(path.moves.len());
         for (index, motion) in path.moves.iter().enumerate() {
             let cutter = cutting.iter().position(|tool| tool.number == motion.tool).map(|k| k as u16);
+            let cutter = cutter.filter(|_| !is_turned_off(motion));
             laid.cutter.push(cutter);
             if let Some(cutter) = cutter {
                 let by = laid.shift(motion);

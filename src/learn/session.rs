@@ -183,7 +183,7 @@ pub fn learn_with_data(
     }
     if let Some(windows) = windows {
         report.windows = windows;
-        report.wear = over_time::in_words(&report.windows);
+        report.wear = over_time::in_words(&report.windows).filter(|_| over_time::may_be_the_edge(&report));
     }
     Ok(Learned { report, data })
 }

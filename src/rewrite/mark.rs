@@ -4,13 +4,14 @@
 //! | comment | meaning |
 //! |---|---|
 //! | `FEEDWRIGHT 0.1 FEEDS ONLY 3F29A0C1` | header, one a file; the last word is a checksum over every F word and the original feed it stands for ([`super::memory`]) |
-//! | `FW F1240 was 600 power 98% T3` | note after an F word that was changed: feed in force, original feed, binding limit, share of it in use, tool |
+//! | `FW F1240 was 600 power 98PCT T3` | note after an F word that was changed: feed in force, original feed, binding limit, share of it in use, tool |
 //! | `FW F600 kept` | a feed that is restated |
 //! | `FW WAS 600x12 800` | after the header: original feeds in the order of the F words, where notes are not wanted or do not fit their lines |
 //! | `FW CHECK 2 CYCLE 1` | force or power is to be measured here for the life of the tool ([`super::checks()`]) |
 //!
 //! Only comments of exactly this grammar are ours; everything else in a comment belongs to the user. The words are plain ASCII without brackets
-//! or quotes, so that every dialect can carry them in its own form of comment.
+//! or quotes, so that every dialect can carry them in its own form of comment, and without `%`, at which many a control stops reading a file
+//! wherever it stands; notes that were written with one are still read.
 
 use crate::diag::Span;
 use crate::machine::LimitKind;
@@ -20,6 +21,8 @@ use crate::nc::{Part, Program, TokenKind};
 const HEADER: &str = "FEEDWRIGHT";
 /// First word of a note.
 const NOTE: &str = "FW";
+/// Follows the share of a limit.
+const PERCENT: &str = "PCT";
 /// Second word of a list of original feeds.
 const WAS: &str = "WAS";
 /// Second word of the mark of a check point.
@@ -106,7 +109,7 @@ impl Note {
             text += &format!(" {}", limit.name());
         }
         if let Some(percent) = self.percent {
-            text += &format!(" {percent}%");
+            text += &format!(" {percent}{PERCENT}");
         }
         if let Some(tool) = self.tool {
             text += &format!(" T{tool}");
@@ -125,7 +128,7 @@ impl Note {
                 note.was = Some(number(words.next()?)?.to_owned());
             } else if word == "kept" {
                 note.kept = true;
-            } else if let Some(percent) = word.strip_suffix('%') {
+            } else if let Some(percent) = word.strip_suffix(PERCENT).or(word.strip_suffix('%')) {
                 note.percent = Some(percent.parse().ok()?);
             } else if let Some(tool) = word.strip_prefix('T') {
                 note.tool = Some(tool.parse().ok()?);
@@ -133,7 +136,8 @@ impl Note {
                 note.limit = Some(LimitKind::ALL.into_iter().find(|kind| kind.name() == word)?);
             }
         }
-        (note.text() == text).then_some(note)
+        let own = note.text();
+        (own == text || own.replace(PERCENT, "%") == text).then_some(note)
     }
 }
 
@@ -223,7 +227,7 @@ mod tests {
             tool: Some(3),
             kept: false,
         };
-        assert_eq!(note.text(), "FW F1240.5 was 600 power 98% T3");
+        assert_eq!(note.text(), "FW F1240.5 was 600 power 98PCT T3");
         let comment = |form: CommentForm, text: &str| form.write(text).into_bytes();
         for form in [CommentForm::Parentheses, CommentForm::Semicolon] {
             assert_eq!(read(&comment(form, &note.text())), Some(Ours::Note(note.clone())), "{form:?}");

@@ -8,7 +8,7 @@ use super::operations::{finishes, nearest};
 use crate::engage::EngagementMap;
 use crate::ids::MoveId;
 use crate::machine::limits::FEED_CHANGE_MAX;
-use crate::machine::{Job, LimitKind, Limits, Match, Mode, Operation, Raise};
+use crate::machine::{Job, LimitKind, Limits, Match, Mode, Operation, Raise, Shape};
 use crate::nc::{Move, MoveKind, Toolpath};
 
 /// How the moves of one tool under one operation are treated.
@@ -97,9 +97,14 @@ fn rule(tool: u32, operation: Option<usize>, reference: Option<usize>, job: &Job
     if let Some(reference) = reference {
         limits = limits.lowered_to(&job.references[reference].limits);
     }
+    let mut loads = limits.loads();
+    // A tap advances by its pitch: it has no feed per tooth.
+    if job.tool(tool).is_some_and(|tool| tool.shape == Shape::Tap) {
+        loads.retain(|(kind, _)| !matches!(kind, LimitKind::FeedPerTooth | LimitKind::ChipThickness));
+    }
     Rule {
         mode: found.map_or(Mode::Optimise, |operation| operation.mode),
-        loads: limits.loads(),
+        loads,
         limits,
         operation,
         raise: job.raise.overridden_by(found.map(|operation| operation.raise).unwrap_or_default()),

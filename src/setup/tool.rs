@@ -46,14 +46,12 @@ pub fn tool(reader: &mut Reader, table: &ToolTable, position: usize) -> Option<T
     let key = |what: &str| format!("{name}.{what}");
     let shape = shape(reader, &key("shape"), table.shape.as_deref())?;
     let diameter_mm = diameter(reader, &key("diameter"), table);
-    let flute_length_mm = reader.or(
-        &key("flute_length"),
-        table.flute_length.as_ref(),
-        Dimension::Length,
-        Sense::Positive,
-        rounded(3.0 * diameter_mm),
-    );
-    let overhang_mm = overhang(reader, &key("overhang"), table, flute_length_mm, diameter_mm);
+    let (length, positive) = (Dimension::Length, Sense::Positive);
+    let reaches = table.overhang.as_ref().map(|written| reader.value(&key("overhang"), written, length, positive));
+    // No longer than the tool reaches out of its holder: face mills and profile cutters are short.
+    let usual = rounded(3.0 * diameter_mm).min(reaches.unwrap_or(f64::INFINITY));
+    let flute_length_mm = reader.or(&key("flute_length"), table.flute_length.as_ref(), length, positive, usual);
+    let overhang_mm = overhang(reader, &key("overhang"), reaches, flute_length_mm, diameter_mm);
     let flutes = flutes(reader, &key("flutes"), table.flutes, shape);
     Some(Tool {
         number,
@@ -169,9 +167,9 @@ fn diameter(reader: &mut Reader, key: &str, table: &ToolTable) -> f64 {
     1.0
 }
 
-fn overhang(reader: &mut Reader, key: &str, table: &ToolTable, flute_length_mm: f64, diameter_mm: f64) -> f64 {
+fn overhang(reader: &mut Reader, key: &str, written: Option<f64>, flute_length_mm: f64, diameter_mm: f64) -> f64 {
     let default = rounded(flute_length_mm + diameter_mm);
-    let overhang = reader.or(key, table.overhang.as_ref(), Dimension::Length, Sense::Positive, default);
+    let overhang = written.unwrap_or_else(|| reader.or(key, None, Dimension::Length, Sense::Positive, default));
     if overhang < flute_length_mm - 1e-9 {
         reader.complain(
             key,

@@ -74,12 +74,25 @@ fn fault(text: String, help: &str) -> CliError {
     CliError::new(text, format!("{help}; nothing was written"))
 }
 
+/// The first cell of a column that is filled in but holds no number, with its row from 1.
+fn no_number<'a>(frame: &'a Frame, name: &'a str) -> Option<(&'a str, usize, &'a str)> {
+    let (cells, values) = (frame.text(name)?, frame.numbers(name)?);
+    let row = (0..cells.len()).find(|&row| !cells[row].trim().is_empty() && !values[row].is_finite())?;
+    Some((name, row + 1, cells[row].trim()))
+}
+
 /// Which column holds the readings.
 fn column(frame: &Frame) -> Result<(Vec<f64>, LoadKind), CliError> {
     let filled = |(name, kind): (&str, LoadKind)| {
         let values = frame.numbers(name)?;
         values.iter().any(|value| value.is_finite()).then_some((values, kind))
     };
+    if let Some((name, row, cell)) = COLUMNS.into_iter().find_map(|(name, _)| no_number(frame, name)) {
+        return Err(fault(
+            format!("`{cell}` in row {row}, column {name}, is no number"),
+            "write the reading with a decimal point, or leave the cell empty",
+        ));
+    }
     let found: Vec<_> = COLUMNS.into_iter().filter_map(filled).collect();
     match <[_; 1]>::try_from(found) {
         Ok([one]) => Ok(one),

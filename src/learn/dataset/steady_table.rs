@@ -97,11 +97,11 @@ pub fn rows(frame: &Frame, tools: &[TableTool]) -> Result<Vec<SteadyRow>, DataEr
     let shape_text = frame.text("shape");
     (0..frame.rows)
         .map(|i| {
-            let known = tools.iter().find(|t| f64::from(t.number) == tool_number[i]).or(tools.first());
+            let known = tool_of(tools, tool_number[i], i)?;
             let diameter_mm = or(diameter[i], known.map_or(f64::NAN, |t| t.diameter_mm));
             let teeth = or(flutes[i], known.map_or(f64::NAN, |t| f64::from(t.flutes)));
             let rps = rps_from_rpm(rpm[i]);
-            let side = side_of(&text("side", i), radial[i], diameter_mm);
+            let side = side_of(&text("side", i), radial[i], diameter_mm, i)?;
             let from_angles = 0.5 * diameter_mm * (1.0 - (exit[i] - entry[i]).abs().to_radians().cos());
             let ball =
                 shape_text.map_or(known.is_some_and(|t| t.shape == Shape::Ball), |t| t[i].eq_ignore_ascii_case("ball"));
@@ -168,19 +168,55 @@ pub(in crate::learn) fn needs_geometry(row: &SteadyRow, i: usize, frame: &Frame)
             i + 1,
             frame.names().join(", ")
         ))),
-        None => Ok(()),
+        None => is_possible(c, i),
     }
 }
 
-fn side_of(text: &str, radial: f64, diameter: f64) -> Side {
-    match text.to_lowercase().as_str() {
-        t if t.starts_with("up") || t.starts_with("conv") => Side::Up,
-        t if t.starts_with("down") || t.starts_with("climb") => Side::Down,
-        t if t.starts_with("slot") => Side::Slot,
-        t if t.starts_with("both") || t.starts_with("cent") => Side::Centre,
-        _ if radial >= 0.999 * diameter => Side::Slot,
-        _ => Side::Down,
+/// A cut is no wider than the tool, by more than a millimetre is rounded to, and has no depth below zero.
+fn is_possible(cut: &SteadyCut, i: usize) -> Result<(), DataError> {
+    let [radial, axial, diameter] = [cut.radial_depth_mm, cut.axial_depth_mm, cut.diameter_mm];
+    let wrong = if radial > 1.01 * diameter {
+        format!("radial_depth_mm = {radial} is more than the diameter of the tool, {diameter} mm")
+    } else if radial < 0.0 || axial < 0.0 {
+        format!("a depth is below zero (axial {axial}, radial {radial} mm)")
+    } else {
+        return Ok(());
+    };
+    Err(DataError::Unfit(format!("row {}: {wrong}; correct the row, the unit of the column, or the diameter", i + 1)))
+}
+
+/// The tool with this number; where a row names none, the first.
+fn tool_of(tools: &[TableTool], number: f64, i: usize) -> Result<Option<&TableTool>, DataError> {
+    let known = tools.iter().find(|tool| f64::from(tool.number) == number);
+    if known.is_some() || number.is_nan() || tools.is_empty() {
+        return Ok(known.or(tools.first()));
     }
+    let known: Vec<String> = tools.iter().map(|tool| tool.number.to_string()).collect();
+    Err(DataError::Unfit(format!(
+        "row {}: the setup has no tool {number}; it has {}. Describe it there, or correct the column tool",
+        i + 1,
+        known.join(", ")
+    )))
+}
+
+/// Beginnings of the words for a side, in English and German.
+const SIDES: [(&[&str], Side); 4] = [
+    (&["up", "conv", "gegen"], Side::Up),
+    (&["down", "climb", "gleich"], Side::Down),
+    (&["slot", "full", "nut", "voll"], Side::Slot),
+    (&["both", "cent", "mitt"], Side::Centre),
+];
+
+/// The side of the cut from its word; without a word a slot where the cut is as wide as the tool, else climb.
+fn side_of(text: &str, radial: f64, diameter: f64, i: usize) -> Result<Side, DataError> {
+    let word = text.trim().to_lowercase();
+    if word.is_empty() {
+        return Ok(if radial >= 0.999 * diameter { Side::Slot } else { Side::Down });
+    }
+    let known = SIDES.iter().find(|(words, _)| words.iter().any(|begin| word.starts_with(begin)));
+    known
+        .map(|(_, side)| *side)
+        .ok_or_else(|| DataError::Unfit(format!("row {}: the side `{text}` is none of up, down, slot, centre", i + 1)))
 }
 
 /// Rates of a row on its path, or on a straight path of the same depths.
@@ -338,6 +374,43 @@ fn on_side(side: Side, of_up: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::learn::log::columns;
+
+    /// What is read of a table with one row like this: its side and depths, or what is wrong with it.
+    fn of_row(side: &str, tool: u32, [axial, radial]: [f64; 2]) -> Result<SteadyRow, String> {
+        let text = format!(
+            "tool,side,axial_depth_mm,radial_depth_mm,feed_mm_min,spindle_rpm,spindle_power_w\n{tool},{side},{axial},{radial},300,3000,200\n"
+        );
+        let frame = columns::read(text.as_bytes(), &[]).map_err(|error| error.to_string())?;
+        let tools = [TableTool { number: 1, diameter_mm: 10.0, flutes: 4, shape: Shape::Flat }];
+        rows(&frame, &tools).map(|mut rows| rows.remove(0)).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_side_is_known_by_its_word_or_asked_for() {
+        for (word, side) in [
+            ("up", Side::Up),
+            ("Gegenlauf", Side::Up),
+            ("climb", Side::Down),
+            ("gleichlauf", Side::Down),
+            ("", Side::Down),
+            ("Nut", Side::Slot),
+            ("centre", Side::Centre),
+        ] {
+            assert_eq!(of_row(word, 1, [2.0, 5.0]).unwrap().side, side, "{word}");
+        }
+        assert_eq!(of_row("", 1, [2.0, 10.0]).unwrap().side, Side::Slot);
+        assert!(of_row("left", 1, [2.0, 5.0]).unwrap_err().contains("the side `left`"));
+    }
+
+    /// On each side of what a cut can be.
+    #[test]
+    fn a_row_that_cannot_be_is_refused_by_its_number() {
+        assert!(of_row("up", 1, [2.0, 10.1]).is_ok() && of_row("up", 1, [0.0, 5.0]).is_ok());
+        assert!(of_row("up", 1, [2.0, 10.2]).unwrap_err().contains("row 1: radial_depth_mm = 10.2"));
+        assert!(of_row("up", 1, [-0.1, 5.0]).unwrap_err().contains("below zero"));
+        assert!(of_row("up", 9, [2.0, 5.0]).unwrap_err().contains("no tool 9"));
+    }
 
     #[test]
     fn the_mean_cosine_of_an_arc_is_that_of_a_sum_over_its_teeth() {

@@ -4,11 +4,13 @@
 
 use std::collections::BTreeMap;
 
+use crate::effects;
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::{is_jump, is_rise};
+use crate::learn::diagnose::which_curve::only_grows;
 use crate::learn::model::fit::Fitted;
 use crate::learn::regress::linear::least_squares;
-use crate::learn::report::Window;
+use crate::learn::report::{LearnReport, Window};
 use nalgebra::DMatrix;
 
 /// Windows over the log.
@@ -68,6 +70,15 @@ pub fn in_words(windows: &[Window]) -> Option<String> {
     }
 }
 
+/// May what the windows show be the edge? They hold the base model against stretches of time, in which anything else that was found shows
+/// as well: so where nothing was, or something that grows as an edge wears. What stops at a ceiling is none of it.
+pub fn may_be_the_edge(report: &LearnReport) -> bool {
+    let grows =
+        |name: &&str| effects::named(name).is_some_and(|effect| effect.covariates.iter().any(|of| only_grows(*of)));
+    let nothing = report.names().is_empty() && report.unnamed.is_empty() && report.confounded.is_empty();
+    report.ceilings.is_empty() && (nothing || report.names().iter().any(grows))
+}
+
 /// A change of a factor with its standard error.
 struct Changed {
     /// Of a jump: its size. Of a rise: change per second.
@@ -79,12 +90,16 @@ struct Changed {
 
 fn worn(rise: &Changed, length_s: f64) -> String {
     let end = rise.at + rise.by * length_s;
+    let left_min = (2.0 * rise.at - end) / rise.by / 60.0;
+    let twice = if left_min > 0.0 {
+        format!("at this rate they are twice those of the sharp edge in {left_min:.1} min of this program")
+    } else {
+        "they are more than twice those of the sharp edge".to_owned()
+    };
     format!(
-        "the edge coefficients rise by {:.0} % over {:.1} min (wear); at this rate they are twice those of the sharp \
-         edge in {:.1} min of this program",
+        "the edge coefficients rise by {:.0} % over {:.1} min (wear); {twice}",
         100.0 * rise.by * length_s / rise.at,
         length_s / 60.0,
-        ((2.0 * rise.at - end) / rise.by / 60.0).max(0.0)
     )
 }
 

@@ -42,7 +42,7 @@ fn is_note(words: &[&str]) -> bool {
         return false;
     }
     rest.next_if(|word| LimitKind::ALL.iter().any(|kind| kind.name() == *word));
-    rest.next_if(|word| word.strip_suffix('%').is_some_and(is_count));
+    rest.next_if(|word| word.strip_suffix("PCT").or(word.strip_suffix('%')).is_some_and(is_count));
     rest.next_if(|word| word.strip_prefix('T').is_some_and(is_count));
     rest.next_if_eq(&"kept");
     feed && rest.next().is_none()
@@ -87,6 +87,8 @@ mod tests {
             ("(FEEDWRIGHT FEEDS ONLY)", false),
             ("(FW F600)", true),
             ("; FW F600 was .5 power 98% T3 kept ", true),
+            ("; FW F600 was .5 power 98PCT T3 kept ", true),
+            ("(FW F600 98pct)", false),
             ("(FW F600 T3 98%)", false),
             ("(FW F600 098%)", false),
             ("(FW F600 was)", false),
