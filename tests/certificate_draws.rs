@@ -326,7 +326,8 @@ fn row(number: usize, case: &Case, draws: usize, thorough: bool) -> Row {
         cutting.draw(&mut draw).map(|found| (k % cuttings.len(), found))
     };
     let found: Vec<(usize, Found)> = (0..draws).into_par_iter().filter_map(each).collect();
-    let of = |between: bool| found.iter().filter(|(k, _)| cuttings[*k].between == between);
+    let looked = |k: usize| cuttings[k].between;
+    let of = |between: bool| found.iter().filter(move |(k, _)| looked(*k) == between);
     let largest = [false, true].map(|between| {
         let largest = of(between).max_by(|a, b| a.1.ratio.total_cmp(&b.1.ratio));
         largest.map_or_else(Default::default, |(k, found)| (found.ratio, cuttings[*k].place(found)))

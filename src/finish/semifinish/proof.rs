@@ -229,7 +229,8 @@ fn fits_arc([before, after]: [&Program; 2], [own, other]: [BlockId; 2], plane: P
     let (a, b, _) = plane.axes();
     let of_plane = [a, b].map(|axis| b"IJK"[axis]);
     let may = |letter: &u8| known.contains(letter) || !known.contains(&b'R') && of_plane.contains(letter);
-    let once = |letter: &u8| letters.iter().filter(|other| *other == letter).count() == 1;
+    let place = |letter: &u8| letters.iter().position(|other| other == letter);
+    let once = |letter: &u8| letters.iter().rposition(|other| other == letter) == place(letter);
     if is_arc(moved) { letters.iter().all(|letter| may(letter) && once(letter)) } else { letters.is_empty() }
 }
 
