@@ -179,6 +179,28 @@ fn what_is_not_certified_is_named() {
     }
 }
 
+/// With the original before the written program only feeds may differ, too.
+#[test]
+fn the_original_is_compared_where_it_is_given() {
+    let case = &by_hand()[0];
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let output = feedwright(dir.path(), arguments);
+        (output.status.code(), said(&output))
+    };
+    fs::write(dir.path().join("p.nc"), &case.program).unwrap();
+    fs::write(dir.path().join("p.setup.toml"), &case.setup).unwrap();
+    let (code, text) = run(&["optimize", "p.nc", "--confidence", "0.95", "-o", "o.nc", "--certificate", "c.txt"]);
+    assert_eq!(code, Some(0), "{text}");
+    let (code, text) = run(&["certify", "p.nc", "o.nc", "--certificate", "c.txt"]);
+    assert!(code == Some(0) && text.contains("only feeds differ") && text.contains("proven"), "{text}");
+    let other = case.program.replacen("G0 Z20", "G0 Z21", 1);
+    assert_ne!(other, case.program);
+    fs::write(dir.path().join("other.nc"), other).unwrap();
+    let (code, text) = run(&["certify", "other.nc", "o.nc", "--setup", "p.setup.toml", "--certificate", "c.txt"]);
+    assert!(code == Some(1) && text.contains("more than feeds differ"), "{text}");
+}
+
 /// Arcs of a station in the middle of a slot left out, or half of each: the coarse simulation sees it.
 #[test]
 fn engagement_that_was_left_out_is_seen() {

@@ -1,5 +1,5 @@
-//! `certify`: the checker of certificates. In: a written program, its setup, its certificate. Out: exit 0 and what is proven, or exit 1
-//! and the line and reason why not.
+//! `certify`: the checker of certificates. In: a written program, its setup, its certificate, the original if there is one. Out: exit 0 and
+//! what is proven, or exit 1 and the line and reason why not.
 
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use super::error::CliError;
 use super::input;
 use super::options::Global;
 use super::screen::Screen;
-use super::work;
+use super::{verify, work};
 use crate::certify::{Basis, Proven, Refusal, check};
 use crate::nc::{self, Environment};
 use crate::report::Outcome;
@@ -16,8 +16,10 @@ use crate::report::Outcome;
 /// `certify`.
 #[derive(Debug, Args)]
 pub struct Certify {
-    /// The written program.
+    /// The written program; or the program as it was, with the written one behind it.
     pub program: PathBuf,
+    /// The written program, where the one before it is the original: only feeds may differ.
+    pub rewritten: Option<PathBuf>,
     /// Setup file that it was written with; without it PROGRAM.setup.toml beside the program.
     #[arg(long, value_name = "S.toml")]
     pub setup: Option<PathBuf>,
@@ -28,10 +30,21 @@ pub struct Certify {
 
 /// Checks a certificate.
 pub fn certify(command: &Certify, global: &Global, screen: Screen) -> Result<Outcome, CliError> {
-    let source = input::program(&command.program)?;
-    let setup = input::setup(command.setup.as_deref(), &source, global)?;
+    let named = input::program(&command.program)?;
+    let setup = input::setup(command.setup.as_deref(), &named, global)?;
     let text = input::text(&command.certificate)?;
     let job = &setup.job;
+    let (source, only_feeds) = match &command.rewritten {
+        None => (named, String::new()),
+        Some(rewritten) => {
+            let written = input::program(rewritten)?;
+            let (_, proof) = verify::compared([&named, &written], global, Some(job))?;
+            if !proof.holds() {
+                return screen.show(&verify::differences(&proof)).map(|()| Outcome::Unmet);
+            }
+            (written, format!("original  only feeds differ: {} motions compared\n", proof.motions))
+        }
+    };
     let program = input::parse(&source, global, Some(job))?;
     let folder = source.path.as_deref().and_then(Path::parent).map(Path::to_owned);
     let load = |name: &str| work::subprogram(folder.as_deref(), name);
@@ -40,7 +53,7 @@ pub fn certify(command: &Certify, global: &Global, screen: Screen) -> Result<Out
     let toolpath = nc::interpret(&program, &environment);
     let basis = Basis { bytes: &source.bytes, toolpath: &toolpath, job, switched: program.has_block_delete() };
     match check(&text, &basis) {
-        Ok(proven) => screen.show(&words(&proven)).map(|()| Outcome::Done),
+        Ok(proven) => screen.show(&(words(&proven) + &only_feeds)).map(|()| Outcome::Done),
         Err(refusal) => screen.show(&refused(&source.name, &refusal)).map(|()| Outcome::Unmet),
     }
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::allowed;
 use super::error::CliError;
-use super::input;
+use super::input::{self, Source};
 use super::options::{Common, Global, SETUP_OF_MOTIONS};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
@@ -148,18 +148,7 @@ pub fn verify(command: &Verify, global: &Global, screen: Screen) -> Result<Outco
     let mut outputs = Outputs::new(paths.into_iter().flatten().chain(command.common.setup.clone()), global.force);
     let json = command.common.json().map(|path| outputs.open(path, Kind::Json)).transpose()?;
     let job = setup.as_ref().map(|setup| &setup.job);
-    let before = input::parse(&original, global, job)?;
-    let after = nc::parse(rewritten.bytes.clone(), Some(before.dialect()));
-    let folder = |source: Option<&Path>| source.and_then(Path::parent).map(Path::to_owned);
-    let [own, other] = [original.path.as_deref(), rewritten.path.as_deref()].map(folder);
-    let load = |name: &str| work::subprogram(own.as_deref(), name);
-    // A file that is not beside the rewritten program is the original's for the control too.
-    let load_other = |name: &str| work::subprogram(other.as_deref(), name).or_else(|| load(name));
-    let environment = Environment { load: &load, ..job.map(Environment::from_job).unwrap_or_default() };
-    let environment = nc::unit::with_its_unit(&before, environment, job);
-    let (before, _) = nc::linked(&before, &environment);
-    let (after, _) = nc::linked(&after, &Environment { load: &load_other, ..environment.clone() });
-    let proof = rewrite::verify(&before, &after, &environment);
+    let ([before, after], proof) = compared([&original, &rewritten], global, job)?;
     let finding =
         Finding::new(&proof, [&before, &after], command.max_rise, job.filter(|_| command.common.setup.is_some()));
     let text = words(&finding);
@@ -175,6 +164,27 @@ pub fn verify(command: &Verify, global: &Global, screen: Screen) -> Result<Outco
     }
     screen.show(&text)?;
     Ok(finding.outcome())
+}
+
+/// The programs with the files that they call, and the proof that only feeds differ.
+pub fn compared(
+    [original, rewritten]: [&Source; 2],
+    global: &Global,
+    job: Option<&Job>,
+) -> Result<([Program; 2], Proof), CliError> {
+    let before = input::parse(original, global, job)?;
+    let after = nc::parse(rewritten.bytes.clone(), Some(before.dialect()));
+    let folder = |source: Option<&Path>| source.and_then(Path::parent).map(Path::to_owned);
+    let [own, other] = [original.path.as_deref(), rewritten.path.as_deref()].map(folder);
+    let load = |name: &str| work::subprogram(own.as_deref(), name);
+    // A file that is not beside the rewritten program is the original's for the control too.
+    let load_other = |name: &str| work::subprogram(other.as_deref(), name).or_else(|| load(name));
+    let environment = Environment { load: &load, ..job.map(Environment::from_job).unwrap_or_default() };
+    let environment = nc::unit::with_its_unit(&before, environment, job);
+    let (before, _) = nc::linked(&before, &environment);
+    let (after, _) = nc::linked(&after, &Environment { load: &load_other, ..environment.clone() });
+    let proof = rewrite::verify(&before, &after, &environment);
+    Ok(([before, after], proof))
 }
 
 fn words(finding: &Finding) -> String {
@@ -232,7 +242,8 @@ fn largest(rise: &RisePart, inch: bool) -> String {
     )
 }
 
-fn differences(proof: &Proof) -> String {
+/// What differs beside feeds, for the screen.
+pub fn differences(proof: &Proof) -> String {
     let mut text = String::from("more than feeds differ:\n");
     for difference in proof.differences.iter().take(LISTED) {
         let line = |line: Option<u32>| line.map_or_else(|| "-".to_owned(), |line| line.to_string());
