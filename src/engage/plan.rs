@@ -32,7 +32,7 @@ pub(super) struct PlacedElements {
 }
 
 /// A rapid of a cycle with the spindle stopped: G76 and G87 turn the one edge of a boring bar off the wall and step it aside before they go out.
-/// The body that the tool sweeps while it turns is not there.
+/// The simulation knows cutters that are round: it would sweep stock away where the bar has no edge.
 fn is_turned_off(motion: &Move) -> bool {
     motion.cycle && motion.kind == MoveKind::Rapid && motion.spin.rps == 0.0
 }

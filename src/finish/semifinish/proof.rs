@@ -7,7 +7,8 @@
 //! its plane asks for. Its G code may become that of a straight move, which has none of them (in front of a straight move some
 //! controls take R for a corner), and lines with X, Y and Z alone may follow it, each of which makes one straight move. Where
 //! a control may count a number without a decimal point in increments, every number that differs has a point, and so
-//! have those of the original block; none has more than [`DIGITS`] digits, unless the original's has. Everything else is the same byte for byte, except blanks between the words of a
+//! have those of the original block; none has more than [`DIGITS`] digits, unless the original's has. Everything else
+//! is the same byte for byte, except blanks between the words of a
 //! cutting block. The motions are compared move by move: kind, feed, spindle, tool, work offset and path mode are the
 //! same, and so are dwells, tool changes and stops between them. The path of a move and that of what takes its place are
 //! walked from end to end together ([`super::walk`]): with w the stated distance they are never more than w apart, and

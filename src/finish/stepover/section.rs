@@ -29,9 +29,9 @@ use std::f64::consts::{PI, TAU};
 
 /// Number of angles on a ring at which stock is tested; between two that differ the border is found by regula falsi.
 const LOOKS: usize = 17;
-/// A border is known when it lies between two angles as close as this, rad, as an arc is rounded,
+/// The border of the stock on a ring is known when it lies between two angles as close as this, rad: ten nanometres on a radius of 1 mm.
 const BORDER_RAD: f64 = 1e-5;
-/// or where the stock ends within this, mm: a tenth of a nanometre.
+/// It is known, too, where the ring is as close as this to the surface of the stock, mm.
 const BORDER_MM: f64 = 1e-7;
 /// Most steps of regula falsi, which needs five or six; as many halvings would leave less than 1e-9 rad.
 const BORDER_STEPS: usize = 30;

@@ -172,7 +172,7 @@ pub(in crate::learn) fn needs_geometry(row: &SteadyRow, i: usize, frame: &Frame)
     }
 }
 
-/// A cut is no wider than the tool, by more than a millimetre is rounded to, and has no depth below zero.
+/// A cut is no wider than the tool (1 % is left to rounding), and no depth is below zero. `i`: row, from 0.
 fn is_possible(cut: &SteadyCut, i: usize) -> Result<(), DataError> {
     let [radial, axial, diameter] = [cut.radial_depth_mm, cut.axial_depth_mm, cut.diameter_mm];
     let wrong = if radial > 1.01 * diameter {
