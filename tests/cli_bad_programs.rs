@@ -237,7 +237,7 @@ fn check(dialect: &str, fault: &Fault) -> Result<(), String> {
     expect(length >= least, &format!("{length} bytes are underlined"))?;
     let written = written.ok_or_else(|| format!("{dialect}, {}: nothing is written\n{head}", fault.name))?;
     // Where a feed is changed a note says what it was.
-    let changed = written.contains("was 6000");
+    let changed = written.contains("WAS 6000");
     expect(
         changed == (fault.outcome == Optimised),
         &format!("the block behind the fault is changed: {changed}\n{}", &written[written.len().saturating_sub(400)..]),

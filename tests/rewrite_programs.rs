@@ -365,9 +365,9 @@ fn notes_say_what_bounds_the_feed_and_are_replaced_not_repeated() {
     job.output.annotate = Annotate::Changes;
     let text = "G21 G90\nT3 M6\nG0 X0\nG1 X10 F600 (user)\nX20\n";
     let once = whole(text, Dialect::Generic, &job, scaled(2.0));
-    assert!(once.contains("G1 X10 F1200 (FW F1200 was 600 power T3) (user)\nX20\n"), "{once}");
+    assert!(once.contains("G1 X10 F1200 (FW F1200 WAS 600 POWER T3) (user)\nX20\n"), "{once}");
     let twice = rewritten(&once, Dialect::Generic, &job, scaled(0.75));
-    assert!(twice.contains("G1 X10 F900 (FW F900 was 600 power T3) (user)\nX20\n"), "{twice}");
+    assert!(twice.contains("G1 X10 F900 (FW F900 WAS 600 POWER T3) (user)\nX20\n"), "{twice}");
     let back = rewritten(&once, Dialect::Generic, &job, scaled(0.5));
     assert!(back.contains("G1 X10 F600 (user)\nX20\n"), "{back}");
 }

@@ -4,14 +4,14 @@
 //! | comment | meaning |
 //! |---|---|
 //! | `FEEDWRIGHT 0.1 FEEDS ONLY 3F29A0C1` | header, one a file; the last word is a checksum over every F word and the original feed it stands for ([`super::memory`]) |
-//! | `FW F1240 was 600 power 98PCT T3` | note after an F word that was changed: feed in force, original feed, binding limit, share of it in use, tool |
-//! | `FW F600 kept` | a feed that is restated |
-//! | `FW WAS 600x12 800` | after the header: original feeds in the order of the F words, where notes are not wanted or do not fit their lines |
+//! | `FW F1240 WAS 600 POWER 98PCT T3` | note after an F word that was changed: feed in force, original feed, binding limit, share of it in use, tool |
+//! | `FW F600 KEPT` | a feed that is restated |
+//! | `FW WAS 600X12 800` | after the header: original feeds in the order of the F words, where notes are not wanted or do not fit their lines |
 //! | `FW CHECK 2 CYCLE 1` | force or power is to be measured here for the life of the tool ([`super::checks()`]) |
 //!
-//! Only comments of exactly this grammar are ours; everything else in a comment belongs to the user. The words are plain ASCII without brackets
-//! or quotes, so that every dialect can carry them in its own form of comment, and without `%`, at which many a control stops reading a file
-//! wherever it stands; notes that were written with one are still read.
+//! Only comments of exactly this grammar are ours; everything else in a comment belongs to the user. The words are plain ASCII in capitals, without
+//! brackets or quotes, so that every dialect can carry them in its own form of comment and controls without small letters show them, and without
+//! `%`, at which many a control stops reading a file wherever it stands. Notes of before, with `%` and small letters, are still read.
 
 use crate::diag::Span;
 use crate::machine::LimitKind;
@@ -23,8 +23,10 @@ const HEADER: &str = "FEEDWRIGHT";
 const NOTE: &str = "FW";
 /// Follows the share of a limit.
 const PERCENT: &str = "PCT";
-/// Second word of a list of original feeds.
+/// Before original feeds.
 const WAS: &str = "WAS";
+/// Ends the note of a feed that is restated.
+const KEPT: &str = "KEPT";
 /// Second word of the mark of a check point.
 const CHECK: &str = "CHECK";
 
@@ -70,7 +72,7 @@ pub fn header_text(sum: u32) -> String {
 
 /// Word that stands for a number of F words in a row with one feed.
 pub fn run_text(was: &str, count: usize) -> String {
-    if count == 1 { was.to_owned() } else { format!("{was}x{count}") }
+    if count == 1 { was.to_owned() } else { format!("{was}X{count}") }
 }
 
 /// Text of a comment that lists original feeds.
@@ -91,7 +93,7 @@ fn read_check(text: &str) -> Option<Ours> {
 }
 
 fn read_was(words: std::str::Split<'_, char>) -> Option<Ours> {
-    let run = |word: &str| match word.split_once('x') {
+    let run = |word: &str| match word.split_once(['X', 'x']) {
         None => Some((number(word)?.to_owned(), 1)),
         Some((was, count)) => Some((number(was)?.to_owned(), count.parse::<usize>().ok().filter(|count| *count > 1)?)),
     };
@@ -103,10 +105,10 @@ impl Note {
     pub fn text(&self) -> String {
         let mut text = format!("{NOTE} F{}", self.feed);
         if let Some(was) = &self.was {
-            text += &format!(" was {was}");
+            text += &format!(" {WAS} {was}");
         }
         if let Some(limit) = self.limit {
-            text += &format!(" {}", limit.name());
+            text += &format!(" {}", limit.name().to_ascii_uppercase());
         }
         if let Some(percent) = self.percent {
             text += &format!(" {percent}{PERCENT}");
@@ -114,8 +116,12 @@ impl Note {
         if let Some(tool) = self.tool {
             text += &format!(" T{tool}");
         }
-        text + if self.kept { " kept" } else { "" }
+        if self.kept {
+            text += &format!(" {KEPT}");
+        }
+        text
     }
+
     fn read(text: &str) -> Option<Self> {
         let mut words = text.split(' ');
         let mut note = Note::default();
@@ -124,21 +130,26 @@ impl Note {
         }
         number(words.next()?.strip_prefix('F')?)?.clone_into(&mut note.feed);
         while let Some(word) = words.next() {
-            if word == "was" {
+            if is(word, WAS) {
                 note.was = Some(number(words.next()?)?.to_owned());
-            } else if word == "kept" {
+            } else if is(word, KEPT) {
                 note.kept = true;
             } else if let Some(percent) = word.strip_suffix(PERCENT).or(word.strip_suffix('%')) {
                 note.percent = Some(percent.parse().ok()?);
             } else if let Some(tool) = word.strip_prefix('T') {
                 note.tool = Some(tool.parse().ok()?);
             } else {
-                note.limit = Some(LimitKind::ALL.into_iter().find(|kind| kind.name() == word)?);
+                let capitals = |kind: &LimitKind| kind.name().to_ascii_uppercase();
+                note.limit = Some(LimitKind::ALL.into_iter().find(|kind| is(word, &capitals(kind)))?);
             }
         }
-        let own = note.text();
-        (own == text || own.replace(PERCENT, "%") == text).then_some(note)
+        (note.text() == text.replace('%', PERCENT).to_ascii_uppercase()).then_some(note)
     }
+}
+
+/// Is it this word of ours, in capitals or, as it was written before, in small letters?
+fn is(word: &str, capitals: &str) -> bool {
+    word == capitals || word == capitals.to_ascii_lowercase()
 }
 
 fn number(text: &str) -> Option<&str> {
@@ -227,7 +238,7 @@ mod tests {
             tool: Some(3),
             kept: false,
         };
-        assert_eq!(note.text(), "FW F1240.5 was 600 power 98PCT T3");
+        assert_eq!(note.text(), "FW F1240.5 WAS 600 POWER 98PCT T3");
         let comment = |form: CommentForm, text: &str| form.write(text).into_bytes();
         for form in [CommentForm::Parentheses, CommentForm::Semicolon] {
             assert_eq!(read(&comment(form, &note.text())), Some(Ours::Note(note.clone())), "{form:?}");

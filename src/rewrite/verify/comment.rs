@@ -4,10 +4,12 @@
 //!
 //! ```text
 //! FEEDWRIGHT <version> FEEDS ONLY [<sum: eight hexadecimal digits>]
-//! FW F<number> [was <number>] [<limit>] [<count>%] [T<count>] [kept]
-//! FW WAS <number>[x<count>] …
+//! FW F<number> [WAS <number>] [<LIMIT>] [<count>PCT] [T<count>] [KEPT]
+//! FW WAS <number>[X<count>] …
 //! FW CHECK <count> CYCLE <count>
 //! ```
+//!
+//! WAS, LIMIT, KEPT and X of a note may be in small letters, and PCT may be `%`.
 
 use crate::machine::LimitKind;
 
@@ -38,14 +40,19 @@ fn inside(comment: &str) -> Option<&str> {
 fn is_note(words: &[&str]) -> bool {
     let mut rest = words.iter().copied().peekable();
     let feed = rest.next().and_then(|word| word.strip_prefix('F')).is_some_and(is_number);
-    if rest.next_if_eq(&"was").is_some() && !rest.next().is_some_and(is_number) {
+    if rest.next_if(|word| either_case(word, "WAS")).is_some() && !rest.next().is_some_and(is_number) {
         return false;
     }
-    rest.next_if(|word| LimitKind::ALL.iter().any(|kind| kind.name() == *word));
+    rest.next_if(|word| LimitKind::ALL.iter().any(|kind| either_case(word, &kind.name().to_ascii_uppercase())));
     rest.next_if(|word| word.strip_suffix("PCT").or(word.strip_suffix('%')).is_some_and(is_count));
     rest.next_if(|word| word.strip_prefix('T').is_some_and(is_count));
-    rest.next_if_eq(&"kept");
+    rest.next_if(|word| either_case(word, "KEPT"));
     feed && rest.next().is_none()
+}
+
+/// The word as a whole in capitals or in small letters.
+fn either_case(word: &str, capitals: &str) -> bool {
+    [capitals, &capitals.to_ascii_lowercase()].contains(&word)
 }
 
 fn is_number(word: &str) -> bool {
@@ -58,7 +65,7 @@ fn is_count(word: &str) -> bool {
 }
 
 fn is_run(word: &str) -> bool {
-    match word.split_once('x') {
+    match word.split_once(['X', 'x']) {
         Some((number, count)) => is_number(number) && is_count(count) && count != "0" && count != "1",
         None => is_number(word),
     }
@@ -88,6 +95,8 @@ mod tests {
             ("(FW F600)", true),
             ("; FW F600 was .5 power 98% T3 kept ", true),
             ("; FW F600 was .5 power 98PCT T3 kept ", true),
+            ("(FW F600 WAS .5 FORCE_XY 98PCT T3 KEPT)", true),
+            ("(FW F600 Was .5)", false),
             ("(FW F600 98pct)", false),
             ("(FW F600 T3 98%)", false),
             ("(FW F600 098%)", false),
@@ -96,6 +105,7 @@ mod tests {
             ("(fw F600)", false),
             ("(FW F600 kept) G1", false),
             ("(FW F6e2)", false),
+            ("(FW WAS 600X12 .5)", true),
             ("(FW WAS 600x12 .5)", true),
             ("(FW WAS 600x1)", false),
             ("(FW WAS)", false),
