@@ -118,7 +118,7 @@ fn corners_are_worked_into_a_contour_the_tool_runs_beside() {
     assert_eq!(ends(&inside)[2..], [[5.0, 52.0], [8.0, 55.0], [100.0, 55.0]]);
     let feeds: Vec<f64> = inside.moves[2..].iter().map(|m| (m.feed.mm_s * 60.0).round()).collect();
     assert_eq!((arc(&inside, 3), feeds), ((8.0, 52.0, -0.25), vec![100.0, 50.0, 100.0]));
-    assert_eq!(inside.moves[3].freeze, Some(Freeze::Corner));
+    assert_eq!(inside.moves[3].freeze, Some(Freeze::OwnFeed));
 }
 
 #[test]

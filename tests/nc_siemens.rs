@@ -259,3 +259,22 @@ fn angles_feeds_and_modal_rounding_of_siemens() {
     assert!(read("G1 X10 F400\nRNDM=0\nX20\nM30\n").doubts.is_empty());
     assert!(!read("G1 X10 F400 FCUB\nX20\nM30\n").doubts.is_empty(), "a feed that is not constant is not known");
 }
+
+/// FRC is the feed of one corner and FRCM that of all others, FB the feed of one block; they are kept, and the feed behind them is F again.
+#[test]
+fn corners_and_blocks_have_feeds_of_their_own() {
+    let feeds = |text: &str| -> Vec<(f64, Option<Freeze>)> {
+        let path = read(text);
+        assert!(path.diagnostics.is_empty() && path.doubts.is_empty(), "{:?}", path.diagnostics);
+        path.moves.iter().map(|motion| ((60.0 * motion.feed.mm_s).round(), motion.freeze)).collect()
+    };
+    let own = Some(Freeze::OwnFeed);
+    let corner = feeds("G1 F400 X10 RND=2 FRC=100\nY10\nX0 RND=2\nY0\nM30\n");
+    assert_eq!(corner[1], (100.0, own));
+    assert!(corner.iter().enumerate().all(|(k, (feed, why))| k == 1 || *feed == 400.0 && why.is_none()), "{corner:?}");
+    let all = feeds("FRCM=200\nG1 F400 X10 RND=2\nY10 RND=2 FRC=100\nX0 RND=2\nY0\nFRCM=0\nX10 RND=2\nY10\nM30\n");
+    let corners = all.iter().filter(|(_, why)| *why == own).map(|(feed, _)| *feed).collect::<Vec<_>>();
+    assert_eq!(corners, [200.0, 100.0, 200.0]);
+    assert_eq!(feeds("G1 F400 X10\nFB=150 X20\nX30\nM30\n"), [(400.0, None), (150.0, own), (400.0, None)]);
+    assert_eq!(feeds("S600 M3 G1 G95 F0.1 X10\nX20 FB=0.2\nM30\n")[1], (120.0, own));
+}

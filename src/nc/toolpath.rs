@@ -61,8 +61,8 @@ pub enum Freeze {
     OtherFile,
     /// An approach or a departure that the control works out.
     Approach,
-    /// A corner with a feed of its own.
-    Corner,
+    /// A corner or a block with a feed of its own.
+    OwnFeed,
     /// Its feed would have to be restated beside another block without a motion, under radius compensation.
     LookAhead,
     /// Excluded by the setup.
@@ -76,7 +76,9 @@ impl Freeze {
             Freeze::Synchronised => "its feed belongs to a thread pitch",
             Freeze::Probe => "it is a probing move",
             Freeze::Cycle => "it is made by a cycle that keeps its feed",
-            Freeze::Expression => "its feed is an expression or is set in a macro",
+            Freeze::Expression => {
+                "its feed is an expression or is set in a macro; [output] computed_feeds = \"replace\" writes numbers"
+            }
             Freeze::Repeated => "the block is executed several times",
             Freeze::Rotary => "a rotary axis moves at the same time",
             Freeze::NotUnderstood => "something in the block was not understood",
@@ -85,7 +87,7 @@ impl Freeze {
             Freeze::BlockDelete => "it depends on the block-delete switch",
             Freeze::Tool => "its tool is unknown or keeps its feed",
             Freeze::Approach => "it is an approach or a departure that the control works out",
-            Freeze::Corner => "it is a corner with a feed of its own",
+            Freeze::OwnFeed => "it is a corner or a block with a feed of its own",
             Freeze::LookAhead => {
                 "under radius compensation its feed could not be restated without two blocks in a row that do not move"
             }

@@ -52,7 +52,7 @@ impl<F: Family> Interpreter<'_, F> {
             named.splittable = false;
             if let Some(mm_s) = feed.filter(|_| index >= cut) {
                 named.feed = Feed { mm_s, word: None, ..named.feed };
-                named.freeze = named.freeze.or(Some(Freeze::Corner));
+                named.freeze = named.freeze.or(Some(Freeze::OwnFeed));
             }
             *motion = named;
         }

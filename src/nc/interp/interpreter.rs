@@ -186,6 +186,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 splittable: true,
                 placed: true,
                 displaced: false,
+                own_feed: None,
                 contour_mm: None,
                 assignments: Vec::new(),
             },
@@ -279,6 +280,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
         }
         self.count();
         (self.block.misread, self.block.freeze, self.block.contour_mm) = (None, None, None);
+        self.block.own_feed = None;
         self.block.displaced = false;
         if self.flow.branched && self.may_be_reached_from_elsewhere(block) {
             self.place.displaced = [true; 3];

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::interpreter::{Family, Interpreter};
-use super::state::{Modal, Motion};
+use super::state::{FeedWord, Modal, Motion};
 use super::words::Words;
 use crate::diag::Severity;
 use crate::ids::BlockId;
@@ -256,7 +256,7 @@ impl<F: Family> Interpreter<'_, F> {
             MoveKind::Rapid => (Feed { mode: self.modal.feed_mode, mm_s: 0.0, word: None }, self.block.freeze),
             MoveKind::Feed => {
                 let length_mm = self.block.contour_mm.unwrap_or_else(|| curve.length());
-                (self.modal.feed_of(length_mm), self.block.freeze.or_else(|| self.feed_freeze()))
+                (self.feed_of_block(length_mm), self.block.freeze.or_else(|| self.feed_freeze()))
             }
         };
         if self.out.moves.is_empty() {
@@ -274,6 +274,12 @@ impl<F: Family> Interpreter<'_, F> {
         motion.splittable = self.block.splittable && path_mode != PathMode::ExactStop;
         motion.placed = self.block.placed && self.place.elsewhere == [false; 3];
         motion
+    }
+
+    /// Feed of a move of this length that the block makes.
+    fn feed_of_block(&self, length_mm: f64) -> Feed {
+        let Some(value) = self.block.own_feed else { return self.modal.feed_of(length_mm) };
+        Modal { feed: FeedWord { value, word: None, computed: true }, ..self.modal }.feed_of(length_mm)
     }
 
     /// The state of a move made now, shared with the last move of its kind unless something changed.

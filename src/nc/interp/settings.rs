@@ -60,6 +60,10 @@ impl<F: Family> Interpreter<'_, F> {
         if words.has_g(630) && self.modal.motion == Motion::Synchronised {
             self.modal.motion = before.motion;
         }
+        if self.corners.next.is_some() {
+            self.corners.feed = self.corners.next_feed.or(self.corners.modal_feed);
+        }
+        self.corners.next_feed = None;
         self.corners.now = self.corners.next.take().or(self.corners.now.take());
         self.stops(words);
         F::after_block(self, words);

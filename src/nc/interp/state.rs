@@ -351,6 +351,8 @@ pub struct BlockState {
     pub misread: Option<Span>,
     /// Why its moves must keep their feed.
     pub freeze: Option<Freeze>,
+    /// Feed of its moves alone, in mm and the feed mode in force.
+    pub own_feed: Option<f64>,
     /// May its moves be cut in pieces?
     pub splittable: bool,
     /// Was each axis commanded before it, or its place known from the start?
@@ -462,8 +464,12 @@ pub struct Corners {
     pub now: Option<(Corner, Span)>,
     /// The corner behind the motion of this block.
     pub next: Option<(Corner, Span)>,
-    /// Feed of the corner where it has its own, mm/s.
+    /// Feed of the corner between the last motion and the next where it has its own, mm/s.
     pub feed: Option<f64>,
+    /// Feed of the corner behind the motion of this block where it has its own, mm/s.
+    pub next_feed: Option<f64>,
+    /// Feed of every corner without its own, where it is not that of the motion before it, mm/s.
+    pub modal_feed: Option<f64>,
     /// The straight motion it cuts short.
     pub leg: Option<Leg>,
 }

@@ -17,7 +17,8 @@ use crate::nc::interp::state::Motion;
 use crate::nc::interp::values::left_of;
 use crate::nc::interp::words::Words;
 use crate::nc::token::{Token, TokenKind};
-use crate::nc::toolpath::{Freeze, PathMode};
+use crate::nc::toolpath::{FeedMode, Freeze, PathMode};
+use crate::units::mm_s_from_mm_min;
 
 /// Names that change nothing the toolpath shows.
 const WITHOUT_EFFECT: [&str; 26] = [
@@ -231,6 +232,17 @@ impl Interpreter<'_, Siemens> {
                 self.doubt(Doubt::UnknownCode, token.span);
                 let text = "RNDM is not followed: corners are read as sharp";
                 self.not_understood("nc::not-understood", token.span, text, "");
+            }
+            ("FRC", _) if self.modal.feed_mode == FeedMode::PerMinute => {
+                self.corners.next_feed = Some(mm_s_from_mm_min(value * self.feed_unit_mm()));
+            }
+            ("FRCM", _) if self.modal.feed_mode == FeedMode::PerMinute => {
+                let feed = mm_s_from_mm_min(value * self.feed_unit_mm());
+                self.corners.modal_feed = (value != 0.0).then_some(feed);
+            }
+            ("FB", _) if self.modal.feed_mode != FeedMode::InverseTime => {
+                self.block.own_feed = Some(value * self.feed_unit_mm());
+                self.block.freeze.get_or_insert(Freeze::OwnFeed);
             }
             ("AR" | "AP" | "RP" | "ANG", _) => {
                 self.doubt(Doubt::UnknownCode, token.span);
