@@ -11,6 +11,7 @@ use crate::machine::material::ForceModel;
 use crate::machine::{Job, LimitKind, Material, Shape, StockShape, Tool};
 use crate::nc::{Move, MoveKind, Toolpath};
 use crate::path::Vec3;
+use crate::report::short;
 use crate::schedule::{Bound, NotRaised, Problem};
 use crate::units::{MM_PER_INCH, rpm_from_rps};
 
@@ -223,7 +224,7 @@ fn coefficients(seen: &Simulation) -> Vec<Finding> {
     for (whose, material) in stocks.chain(own) {
         let Some(k_tc) = k_tc(material).filter(|k_tc| !(low..=high).contains(k_tc)) else { continue };
         found.push((
-            format!("k_tc of {whose} is {k_tc:.0} N/mm²: what is machined lies between {low:.0} and {high:.0}"),
+            format!("k_tc of {whose} is {} N/mm²: what is machined lies between {low:.0} and {high:.0}", short(k_tc)),
             None,
         ));
     }

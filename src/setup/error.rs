@@ -39,13 +39,26 @@ pub fn from_toml(error: &toml::de::Error, text: &str) -> SetupError {
     let (code, said, help) = if let Some((found, known)) = unknown_field(&message) {
         ("setup::unknown-key", format!("the key `{found}` is not known here"), suggest(found, &known))
     } else {
-        ("setup::form", message.clone(), "`feedwright schema` prints what may stand here".to_owned())
+        let (said, help) = of_form(&message, error.span().and_then(|span| text.get(span)).unwrap_or_default());
+        ("setup::form", said, help)
     };
     let mut diagnostic = Diagnostic::new(code, Severity::Error, said).help(help);
     if let Some(span) = error.span() {
         diagnostic = place(diagnostic, text, span);
     }
     SetupError::Form(Box::new(diagnostic))
+}
+
+/// What is wrong with the form of a value, in words of the file's format and not of its reader, and the remedy.
+fn of_form(message: &str, value: &str) -> (String, String) {
+    let is_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) && !matches!(value, "true" | "false");
+    if is_word {
+        (format!("text stands in quotes, and `{value}` has none"), format!("write \"{}\"", value.trim_end()))
+    } else if message.contains("floating point") && message.ends_with(", expected u32") {
+        (format!("a whole number belongs here, not {value}"), "leave the decimal point out".to_owned())
+    } else {
+        (message.to_owned(), "`feedwright schema` prints what may stand here".to_owned())
+    }
 }
 
 /// Puts a byte range of the text in as line and span.
@@ -101,6 +114,25 @@ fn distance(a: &str, b: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_value_of_the_wrong_form_is_said_in_words_of_the_file() {
+        let said = |text: &str| {
+            let error = toml::from_str::<Flutes>(text).unwrap_err();
+            let one = from_toml(&error, text).diagnostics().remove(0);
+            (one.text, one.help)
+        };
+        let (text, help) = said("flutes = four");
+        assert!(text.contains("`four` has none") && help == "write \"four\"", "{text}, {help}");
+        assert_eq!(said("flutes = 4.0").0, "a whole number belongs here, not 4.0");
+        assert!(said("flutes = -4").0.contains("-4") && said("flutes = true").1.contains("schema"));
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    struct Flutes {
+        #[allow(dead_code)]
+        flutes: u32,
+    }
 
     #[test]
     fn misspelt_keys_find_their_neighbour() {
