@@ -1,5 +1,7 @@
 //! The result of a diagnosis as plain data, one to one with the JSON report of `learn` and `learn-table`.
 
+use crate::machine::Spindle;
+
 /// Errors of a model on some samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Errors {
@@ -101,6 +103,19 @@ pub struct Confounded {
 }
 
 impl LearnReport {
+    /// Says what was read of power as the meter showed it; the data hold it as power at the motor shaft.
+    pub(in crate::learn) fn read_at_meter(&mut self, spindle: &Spindle, channel_names: &[String]) {
+        let is_power = |name: &str| name.starts_with("spindle_power");
+        for ceiling in self.ceilings.iter_mut().filter(|ceiling| is_power(&ceiling.name)) {
+            ceiling.reading = spindle.meter_w(ceiling.reading);
+        }
+        if channel_names.first().is_some_and(|name| is_power(name)) {
+            for cut in &mut self.outlying {
+                (cut.reading, cut.predicted) = (spindle.meter_w(cut.reading), spindle.meter_w(cut.predicted));
+            }
+        }
+    }
+
     /// Names of the effects found, and of those that curves are named after.
     pub fn names(&self) -> Vec<&str> {
         let laws = self.effects.iter().map(|e| e.name.as_str());
@@ -353,4 +368,35 @@ pub struct LearnReport {
     pub supports_model: bool,
     /// One sentence.
     pub verdict: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::{Spindle, Table};
+
+    #[test]
+    fn a_ceiling_of_power_is_said_as_the_meter_shows_it_and_others_as_they_are() {
+        let spindle = Spindle {
+            max_rps: 200.0,
+            power_w: None,
+            torque_nmm: None,
+            tare_w: Table::constant(0.0),
+            efficiency: Table::constant(0.8),
+            runup_time_s: 1.0,
+        };
+        let ceiling = |name: &str| Ceiling { name: name.into(), reading: 800.0, samples: 4 };
+        let cut = Outlying { row: 2, reading: 400.0, predicted: 800.0, is_largest: true };
+        let mut report = LearnReport {
+            ceilings: vec![ceiling("spindle_power_w (W)"), ceiling("force_xy_n")],
+            outlying: vec![cut.clone()],
+            ..LearnReport::default()
+        };
+        let names = |first: &str| [first.to_owned(), "force_xy_n".to_owned()];
+        report.read_at_meter(&spindle, &names("force_x_n (N)"));
+        assert_eq!(report.outlying, [cut]);
+        assert_eq!([0, 1].map(|k| report.ceilings[k].reading), [1000.0, 800.0]);
+        report.read_at_meter(&spindle, &names("spindle_power_w"));
+        assert_eq!([report.outlying[0].reading, report.outlying[0].predicted], [500.0, 1000.0]);
+    }
 }

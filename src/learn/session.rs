@@ -158,6 +158,7 @@ pub fn learn_with_data(
         data = Data { timed_acceleration: data.timed_acceleration, clock_s: data.clock_s, ..nearer };
         report = answer(&data)?;
     }
+    report.read_at_meter(&job.machine.spindle, &data.channel_names);
     report.samples = log.time_s.len();
     report.down_weighted = lowered;
     report.alignment = Some(alignment_of(&aligned, log));

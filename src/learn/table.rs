@@ -49,6 +49,9 @@ pub fn learn_table(
         ));
     }
     report.least_radius = least_radius(table);
+    if let Some(spindle) = spindle {
+        report.read_at_meter(spindle, &found.channel_names);
+    }
     Ok((report, found))
 }
 

@@ -32,6 +32,8 @@ pub struct CheckRow {
     pub target_force_xy_n: f64,
     /// Predicted power at the motor shaft, W.
     pub power_w: f64,
+    /// What the power meter is predicted to read, W.
+    pub meter_w: f64,
 }
 
 /// What was read at a check point.
@@ -104,7 +106,7 @@ pub struct LifeReport {
 pub fn checks_csv(rows: &[CheckRow], program: &str) -> String {
     let mut text = format!(
         "{CHECKS_HEAD},x_mm,y_mm,z_mm,cut_m,total_m,feed_mm_min,planned_rpm,predicted_force_n,target_force_n,\
-         predicted_power_w,force_xy_n,spindle_power_w\n"
+         predicted_meter_w,force_xy_n,spindle_power_w\n"
     );
     for row in rows {
         let [x, y, z] = row.position_mm;
@@ -119,7 +121,7 @@ pub fn checks_csv(rows: &[CheckRow], program: &str) -> String {
             row.spindle_rpm,
             row.force_xy_n,
             row.target_force_xy_n,
-            row.power_w
+            row.meter_w
         );
     }
     text

@@ -58,7 +58,13 @@ fn plan(command: &LifePlan, global: &Global, screen: Screen) -> Result<Outcome, 
     let points = check_points::choose(&run.toolpath, &run.map, &run.job, &run.before, &spread);
     let mut notes = Vec::new();
     if points.is_empty() {
-        notes.push("no cut of this program is steady for long enough to read a load in it: no check points".to_owned());
+        let is_any = !check_points::steady(&run.toolpath, &run.map, &run.job, &run.before, tool).is_empty();
+        let why = if is_any {
+            "no steady cut lies at the lengths asked for: no check points; give another --first or --every, m"
+        } else {
+            "no cut of this program is steady for long enough to read a load in it: no check points"
+        };
+        notes.push(why.to_owned());
     }
     let marked = rewrite::with_checks(&run.program, &marks(&run, &points));
     let seen_from = ToolRun::new(&run, tool);

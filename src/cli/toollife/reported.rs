@@ -99,6 +99,7 @@ pub fn check_rows(after: &ToolRun, bytes: &[u8], state: &ToolState, now: &Now, t
         let mark = marks.iter().find(|mark| (mark.number, mark.cycle) == (cut.number, cut.cycle))?;
         let total_m = state.cut_m + cut.cut_m;
         let target = now.target_worn(state, total_m, trend.at(now.total_m[1]));
+        let power_w = after.load(cut, LoadKind::Power, None);
         Some(CheckRow {
             check: cut.number,
             cycle: cut.cycle,
@@ -110,7 +111,8 @@ pub fn check_rows(after: &ToolRun, bytes: &[u8], state: &ToolState, now: &Now, t
             spindle_rpm: rpm_from_rps(cut.rps),
             force_xy_n: after.load(cut, LoadKind::ForcePeak, None),
             target_force_xy_n: after.load(cut, LoadKind::ForcePeak, Some(target)),
-            power_w: after.load(cut, LoadKind::Power, None),
+            power_w,
+            meter_w: after.run().job.machine.spindle.meter_w(power_w),
         })
     };
     after.checks().iter().filter_map(row).collect()
