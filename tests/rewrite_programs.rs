@@ -378,3 +378,16 @@ fn plain_language_keeps_its_line_count() {
     let out = rewritten(text, Dialect::Heidenhain, &quiet(), halves);
     assert_eq!(out.lines().filter(|l| !l.is_empty()).count() + usize::from(!out.contains("2 L")), 6, "{out}");
 }
+
+/// An approach begins with the feed before it, which stays, and ends with its own, which stays in its block; what follows has a feed of its own,
+/// and the departure states its own.
+#[test]
+fn feeds_of_a_contour_change_between_its_approach_and_its_departure() {
+    let text = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S3000\n2 L X-20 Y+30 R0 FMAX M3\n3 L Z-5 F300\n4 APPR LT X+0 Y+30 LEN15 R0 F600\n\
+                5 L X+90\n6 L Y+70\n7 DEP LT LEN20 F800\n8 L Z+50 R0 FMAX\n9 END PGM A MM\n";
+    let out = rewritten(text, Dialect::Heidenhain, &quiet(), scaled(0.5));
+    assert!(
+        out.contains("3 L Z-5 F300\n4 APPR LT X+0 Y+30 LEN15 R0 F600\n5 L X+90 F300\n6 L Y+70\n7 DEP LT LEN20 F800\n"),
+        "{out}"
+    );
+}

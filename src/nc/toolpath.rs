@@ -43,8 +43,10 @@ pub enum Freeze {
     Cycle,
     /// Feed is an expression or a variable, or is set in a macro.
     Expression,
-    /// The block is executed several times, or its modal feed is shared with one that is.
+    /// The block is executed several times.
     Repeated,
+    /// Its F word also holds for a block before which it cannot be restated.
+    SharedFeed,
     /// Simultaneous rotary motion.
     Rotary,
     /// Something in the block was not understood.
@@ -80,6 +82,7 @@ impl Freeze {
                 "its feed is an expression or is set in a macro; [output] computed_feeds = \"replace\" writes numbers"
             }
             Freeze::Repeated => "the block is executed several times",
+            Freeze::SharedFeed => "its F word also holds for a block before which it cannot be written again",
             Freeze::Rotary => "a rotary axis moves at the same time",
             Freeze::NotUnderstood => "something in the block was not understood",
             Freeze::Compensation => "the meaning of radius compensation is not known here",

@@ -131,7 +131,9 @@ fn forbidden(program: &Program, toolpath: &Toolpath, modes: &[Modes], job: &Job)
         let shared = motion.feed.word.is_some_and(|word| spans.binary_search(&start(word)).is_ok());
         if excluded {
             Some(Freeze::Excluded)
-        } else if shared || !one_f {
+        } else if shared {
+            Some(Freeze::SharedFeed)
+        } else if !one_f {
             Some(Freeze::Repeated)
         } else {
             text.read(program, motion);
@@ -164,21 +166,23 @@ fn modes_by_block(program: &Program, toolpath: &Toolpath) -> Vec<Modes> {
 }
 
 /// Places of the F words, sorted, that are in force in a block in which another F word may be in force too, or in which the unit of length is
-/// another than where the word stands.
+/// another than where the word stands. The word of such a block itself is in force behind it whatever came before: an approach of plain language
+/// begins with the feed before it and ends with its own.
 fn mixed_spans(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<u32> {
     let feeds =
         || toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed && motion.block.ix() < program.len());
     let mut first: Vec<Option<Option<u32>>> = vec![None; program.len()];
     let mut mixed = vec![false; program.len()];
+    let unit = |block: BlockId| modes[block.ix()].inch;
     for motion in feeds() {
         let word = motion.feed.word.map(start);
-        let unit = |block: BlockId| modes[block.ix()].inch;
         mixed[motion.block.ix()] |= motion.feed.word.is_some_and(|(block, _)| unit(block) != unit(motion.block));
         let known = first[motion.block.ix()].get_or_insert(word);
         mixed[motion.block.ix()] |= *known != word;
     }
-    let mut words: Vec<u32> =
-        feeds().filter(|motion| mixed[motion.block.ix()]).filter_map(|motion| motion.feed.word.map(start)).collect();
+    let elsewhere = |motion: &&Move| motion.feed.word.is_some_and(|(block, _)| block != motion.block);
+    let in_mixed = feeds().filter(|motion| mixed[motion.block.ix()]).filter(elsewhere);
+    let mut words: Vec<u32> = in_mixed.filter_map(|motion| motion.feed.word.map(start)).collect();
     words.sort_unstable();
     words.dedup();
     words

@@ -46,7 +46,7 @@ pub fn one_feed_a_span(program: &Program, toolpath: &mut Toolpath) {
         for index in reach.moves {
             let motion = &mut toolpath.moves[index];
             if reach.frozen || !reach.stated {
-                motion.freeze = motion.freeze.or(Some(Freeze::Repeated));
+                motion.freeze = motion.freeze.or(Some(Freeze::SharedFeed));
             } else {
                 motion.shared = Some(number);
             }

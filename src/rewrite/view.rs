@@ -156,9 +156,9 @@ fn tenths(number: f64) -> u32 {
 
 /// Does a block of plain language that begins with this word do more than move, or prepare a tool?
 fn is_flow(name: &[u8]) -> bool {
-    const MOTIONS: [&[u8]; 16] = [
+    const MOTIONS: [&[u8]; 18] = [
         b"L", b"C", b"CC", b"CR", b"CT", b"LP", b"CP", b"RND", b"CHF", b"TOOL", b"STOP", b"BLK", b"BEGIN", b"END",
-        b"FMAX", b"F",
+        b"FMAX", b"F", b"APPR", b"DEP",
     ];
     !MOTIONS.iter().any(|word| word.eq_ignore_ascii_case(name))
 }

@@ -209,8 +209,8 @@ fn circumstances(motion: &Move) -> Option<Freeze> {
 
 /// Must the motion keep its feed for a reason that the text alone gives? What compensation and approaches mean is the setup's to say.
 fn keeps_by_its_text(motion: &Move) -> bool {
-    use Freeze::{Cycle, NoFeed, NotUnderstood, OtherFile, OwnFeed, Repeated, Rotary};
-    matches!(motion.freeze, Some(Cycle | Repeated | Rotary | NotUnderstood | NoFeed | OtherFile | OwnFeed))
+    use Freeze::{Cycle, NoFeed, NotUnderstood, OtherFile, OwnFeed, Repeated, Rotary, SharedFeed};
+    matches!(motion.freeze, Some(Cycle | Repeated | Rotary | NotUnderstood | NoFeed | OtherFile | OwnFeed | SharedFeed))
 }
 
 /// What besides path and kind must be as it was.
