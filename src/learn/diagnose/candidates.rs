@@ -1,6 +1,6 @@
 //! Candidates. In: an effect, data. Out: why the data cannot show it, or the parameter values that its fit starts from.
 
-use crate::effects::{Acts, Covariate, Effect, Geometry, Need, Parameter, Place};
+use crate::effects::{Acts, Covariate, Effect, Geometry, Multiplies, Need, Parameter, Place};
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::criteria::PLACED_BY;
 use crate::learn::diagnose::score_test::{instant, region};
@@ -55,7 +55,36 @@ fn range(covariate: Covariate, data: &Data, floor: f64) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)))
 }
 
-/// Forms of the effect with start values of its parameters; empty if an instant or region was searched for and not
+/// Two values of a covariate count as one up to this ratio: the least by which cutting speeds differ for their effect to be sought.
+const ONE_LEVEL: f64 = 1.05;
+
+/// How many different ones there are among these values of a covariate.
+fn levels(mut values: Vec<f64>) -> usize {
+    values.retain(|value| value.is_finite());
+    values.sort_by(f64::total_cmp);
+    let mut levels: Vec<f64> = Vec::new();
+    for value in values {
+        if levels.last().is_none_or(|last| value - last > (ONE_LEVEL - 1.0) * value.abs()) {
+            levels.push(value);
+        }
+    }
+    levels.len()
+}
+
+/// Can the values of the covariates tell so many parameters? At one value, the reference, the base coefficients take all of the load. An effect
+/// on the load is told by cuts alone: a spindle that runs up passes through other speeds.
+fn can_tell(effect: &Effect, parameters: usize, data: &Data) -> bool {
+    let is_cut = |i: &usize| {
+        let mut bases = data.base.iter().zip(&data.columns);
+        bases.any(|(base, column)| base.class == Class::Cutting && column[*i] > 0.0)
+    };
+    let counts = |i: &usize| effect.multiplies != Multiplies::Load || is_cut(i);
+    let samples: Vec<usize> = data.used().filter(counts).collect();
+    let of = |covariate: &Covariate| levels(samples.iter().map(|i| covariate.of(&data.state[*i])).collect());
+    parameters <= 1 || effect.covariates.iter().map(of).max().is_none_or(|levels| parameters < levels)
+}
+
+/// Forms of the effect that the data can tell, with start values of its parameters; empty if an instant or region was searched for and not
 /// found.
 pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<FittedEffect> {
     let values = if effect.is_looked_for() {
@@ -71,7 +100,8 @@ pub fn starts(effect: &'static Effect, data: &Data, present: &Fitted) -> Vec<Fit
     };
     let values = values.into_iter().map(|own| own.into_iter().enumerate().map(|(k, v)| read_off(k, v)).collect());
     let values: Vec<Vec<f64>> = values.collect();
-    values.iter().flat_map(|values| forms(effect, values)).collect()
+    let all = values.iter().flat_map(|values| forms(effect, values));
+    all.filter(|each| can_tell(effect, each.free_count(), data)).collect()
 }
 
 /// The start values with the instant or region found by the score test. Optional parameters of a region stay neutral in
@@ -141,6 +171,32 @@ mod tests {
         assert!(ok(Need::Tare, &plain) && !ok(Need::Tare, &force));
         let edge = Data { base: vec![Base { class: Class::Edge, ..plain.base[1].clone() }], ..plain.clone() };
         assert!(ok(Need::NoEdgeCoefficients, &plain) && !ok(Need::NoEdgeCoefficients, &edge));
+    }
+
+    /// A power law needs two speeds, a least value at an optimum three; a fortieth more is the same speed, and without a cut there is none.
+    #[test]
+    fn a_form_has_fewer_parameters_than_its_covariate_has_values() {
+        let speed = named("cutting-speed").unwrap();
+        let most = |speeds: &[f64], load: f64| {
+            let state = speeds.iter().map(|v| State { cutting_speed_mm_s: *v, rps: *v, ..State::default() });
+            let mut columns = vec![vec![1.0; speeds.len()]; 2];
+            columns[1][2] = load;
+            let found = Data { columns, state: state.collect(), ..data(speeds.len(), 1.0, 1.0) };
+            (1..4).filter(|parameters| can_tell(speed, *parameters, &found)).max().unwrap()
+        };
+        assert_eq!(most(&[1000.0, 1500.0, 1000.0, 1500.0], 1.0), 1);
+        assert_eq!(most(&[1000.0, 1500.0, 1537.0], 1.0), 1);
+        assert_eq!(most(&[1000.0, 1500.0, 1600.0], 1.0), 2);
+        assert_eq!(most(&[1000.0, 1500.0, 1600.0], 0.0), 1);
+    }
+
+    /// Without a load in the data, as in readings between cuts, an effect on the tare has all the values that it had.
+    #[test]
+    fn an_effect_on_the_tare_is_told_without_a_cut() {
+        let warm_up = named("tare-warm-up").unwrap();
+        let state = (0..20).map(|i| State { time_s: 10.0 * f64::from(i), ..State::default() });
+        let idle = Data { columns: vec![vec![1.0; 20], vec![0.0; 20]], state: state.collect(), ..data(20, 1.0, 1.0) };
+        assert!(can_tell(warm_up, 2, &idle));
     }
 
     #[test]

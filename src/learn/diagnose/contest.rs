@@ -19,7 +19,7 @@ use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
 use crate::learn::report::{Confounded, Rejected};
 
-/// Most rivals that are reported with an effect: named ones first, then curves, each best first.
+/// Most rivals that are reported with an effect: the tool, named ones, then curves, each best first.
 const SAID: usize = 3;
 
 /// What may replace an effect.
@@ -121,10 +121,15 @@ impl Diagnosis<'_> {
         let is_time = |rival: &Rival| matches!(rival, Rival::Curve(found) if only_grows(found.covariate));
         let rivals = contest.rivals.iter().filter(|(rival, _)| is_late || !is_time(rival));
         let as_good = rivals.filter(|(rival, left)| as_good(rival, left) && !is_refuted(rival, left));
-        // Named rivals first: each names the experiment that separates it.
-        let (named, curves): (Vec<&Rival>, Vec<&Rival>) =
-            as_good.map(|(rival, _)| rival).partition(|rival| matches!(rival, Rival::Named(_)));
-        let rivals: Vec<&Rival> = named.into_iter().chain(curves).take(SAID).collect();
+        // Every tool has coefficients of its own, so a tool that goes with the effect is the likeliest rival. Then those with a name: each names
+        // the experiment that separates it.
+        let mut rivals: Vec<&Rival> = as_good.map(|(rival, _)| rival).collect();
+        rivals.sort_by_key(|rival| match rival {
+            Rival::Curve(found) if found.covariate == Covariate::Tool => 0,
+            Rival::Named(_) => 1,
+            Rival::Curve(_) => 2,
+        });
+        rivals.truncate(SAID);
         let apart = rivals.iter().filter_map(|rival| match rival {
             Rival::Named(trial) => Some(trial.effect.separated_by),
             Rival::Curve(_) => None,
@@ -199,6 +204,17 @@ impl Diagnosis<'_> {
         laws.into_iter().find(|law| matches!(law, Rival::Named(trial) if self.tested(present, trial).is_ok()))
     }
 
+    /// Where a curve is the best rival, the one that is preferred among all.
+    fn preferred_curve<'a>(&self, best: &Rival, contest: &'a Contest) -> Option<&'a Rival> {
+        let Rival::Curve(_) = best else { return None };
+        let curve = |(rival, left): &'a (Rival, Vec<f64>)| match rival {
+            Rival::Curve(found) => Some((rival, (found, left.as_slice()))),
+            Rival::Named(_) => None,
+        };
+        let (rivals, curves): (Vec<&Rival>, Vec<_>) = contest.rivals.iter().filter_map(curve).unzip();
+        self.preferred(&contest.present.left, &curves).map(|k| rivals[k])
+    }
+
     /// The model with the best rival, if it is clearly better than the effect with any curve over its own covariates,
     /// and passes every test of an added effect.
     fn winner(&mut self, contest: &Contest) -> Option<Fitted> {
@@ -207,7 +223,7 @@ impl Diagnosis<'_> {
         if !self.takes_the_place(best, present, shaped, least) {
             return None;
         }
-        let rival = self.law_of(best, least, contest).unwrap_or(best);
+        let rival = self.law_of(best, least, contest).or_else(|| self.preferred_curve(best, contest)).unwrap_or(best);
         let (trial, why) = match rival {
             Rival::Named(trial) => {
                 self.tested(present, trial).ok()?;
@@ -289,6 +305,13 @@ mod tests {
         let Outcome::Exchanged(fitted) = contested(&data) else { panic!("the name stays") };
         let names: Vec<&str> = fitted.model.effects.iter().map(|each| each.effect.name).collect();
         assert_eq!(names, ["unnamed-load-z"]);
+        // A tool for each height has coefficients of its own, whatever the height does.
+        let mut data = data;
+        for (i, state) in data.state.iter_mut().enumerate() {
+            state.tool = 1.5 + 0.5 * z(i / EACH);
+        }
+        let Outcome::Exchanged(fitted) = contested(&data) else { panic!("the name stays") };
+        assert_eq!(fitted.model.effects[0].effect.name, "unnamed-load-tool");
     }
 
     #[test]
@@ -328,7 +351,7 @@ mod tests {
 
     #[test]
     fn beside_a_name_three_that_explain_as_much_are_said_and_not_a_fourth() {
-        // The first `together` of depth, width, curvature and spindle speed change together with up and climb milling.
+        // The first `together` of depth, width, curvature, spindle speed and tool change together with up and climb milling.
         let up = by_turns(1);
         let said = |together: usize| {
             let mut data = blocks(&up, by_turns(3), |block| 0.2 * up(block));
@@ -338,11 +361,14 @@ mod tests {
                 state.radial_depth_mm = 5.0 + go(1);
                 state.curvature_per_mm = 0.1 + 0.05 * go(2);
                 state.rps = 100.0 + go(3);
+                state.tool = 1.5 + 0.5 * go(4);
             }
             let Outcome::Holds(in_doubt) = contested(&data) else { panic!("the name goes") };
-            in_doubt[0].names.len() - 1
+            in_doubt[0].names[1..].to_vec()
         };
-        assert_eq!([1, 2, 3, 4].map(said), [1, 2, 3, 3]);
+        assert_eq!([1, 2, 3, 4].map(|together| said(together).len()), [1, 2, 3, 3]);
+        let with_tool = said(5);
+        assert!(with_tool[0] == "a curve of the load along tool" && with_tool.len() == 3, "{with_tool:?}");
     }
 
     #[test]

@@ -15,8 +15,8 @@ use crate::learn::model::fit::fit;
 const SAID: usize = 2;
 
 impl Diagnosis<'_> {
-    /// The covariates along which a curve in the place of the curve `effects[e]` has as low a held-out error, lowest
-    /// first.
+    /// The covariates along which a curve in the place of the curve `effects[e]` has as low a held-out error: the tool, whose coefficients are
+    /// its own, before all others, then lowest first.
     pub(in crate::learn) fn rivals_of_curve(&self, effects: &[FittedEffect], e: usize) -> Vec<Covariate> {
         let Some(without_it) = fit(&self.train, &remove(effects, e), FORM_ROUNDS) else { return Vec::new() };
         let before = held_out_residuals(&self.train, &without_it.model.effects, self.split);
@@ -32,9 +32,15 @@ impl Diagnosis<'_> {
                 rivals.push(each.covariate);
             }
         }
-        rivals.truncate(SAID);
-        rivals
+        said(rivals)
     }
+}
+
+/// Those of the rivals that are reported.
+fn said(mut rivals: Vec<Covariate>) -> Vec<Covariate> {
+    rivals.sort_by_key(|covariate| *covariate != Covariate::Tool);
+    rivals.truncate(SAID);
+    rivals
 }
 
 #[cfg(test)]
@@ -72,6 +78,13 @@ mod tests {
         let found = diagnosis.with_best_curve(&plain).unwrap();
         let along = found.model.effects[0].effect.covariates[0];
         (along, diagnosis.rivals_of_curve(&found.model.effects, 0))
+    }
+
+    #[test]
+    fn the_tool_is_said_before_rivals_of_lower_error() {
+        use Covariate::{Time, Tool, Y, Z};
+        assert_eq!(said(vec![Y, Time, Z, Tool]), [Tool, Y]);
+        assert_eq!(said(vec![Y, Time, Z]), [Y, Time]);
     }
 
     #[test]

@@ -19,7 +19,8 @@ use crate::learn::model::design::{Acting, FittedEffect, acting, changed_columns}
 use crate::learn::model::fit::{Fitted, fit, part};
 use rayon::prelude::*;
 
-/// Best curves that are fitted with the model before they are ordered as rivals.
+/// Best curves that are fitted with the model before they are ordered as rivals, beside that of the tool: every tool has coefficients of its own, and
+/// what goes with it does so as well.
 const FITTED: usize = 6;
 
 /// Most rounds in which curve and base coefficients are fitted by turns.
@@ -147,7 +148,10 @@ impl Diagnosis<'_> {
         wanted: impl Fn(Covariate, Multiplies) -> bool + Sync,
     ) -> Vec<ResidualCurve> {
         let mut found = self.curves(present, left, wanted);
-        found.iter_mut().take(FITTED).for_each(|each| self.fit_together(present, each));
+        let tool = found.iter().skip(FITTED).position(|each| each.covariate == Covariate::Tool);
+        for k in (0..found.len().min(FITTED)).chain(tool.map(|k| FITTED + k)) {
+            self.fit_together(present, &mut found[k]);
+        }
         found.sort_by(|a, b| a.fit.squares.total_cmp(&b.fit.squares));
         found
     }

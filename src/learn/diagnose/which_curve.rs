@@ -96,9 +96,15 @@ impl Diagnosis<'_> {
         let mut judged: Vec<(&ResidualCurve, (Trial, Vec<f64>))> =
             chosen.filter_map(|each| Some((each, self.judged_curve(present, before, each)?))).collect();
         judged.sort_by(|(_, a), (_, b)| self.drop_of(before, &b.1).total_cmp(&self.drop_of(before, &a.1)));
-        let together: Vec<Merit> = judged.iter().map(|(each, (_, left))| Merit::of(each, left)).collect();
-        let best = (0..judged.len()).min_by_key(|k| self.preference(before, &together[0], &together[*k]))?;
+        let together: Vec<_> = judged.iter().map(|(each, (_, left))| (*each, left.as_slice())).collect();
+        let best = self.preferred(before, &together)?;
         Some(judged.swap_remove(best).1)
+    }
+
+    /// Which of these curves, each with its held-out residuals, least error first.
+    pub(in crate::learn) fn preferred(&self, before: &[f64], curves: &[(&ResidualCurve, &[f64])]) -> Option<usize> {
+        let merits: Vec<Merit> = curves.iter().map(|(each, left)| Merit::of(each, left)).collect();
+        (0..merits.len()).min_by_key(|k| self.preference(before, &merits[0], &merits[*k]))
     }
 
     /// Sort key of a curve, `least` being the one of least held-out error: (rank, number of knots, not of tools) if
