@@ -455,8 +455,8 @@ fn a_fresh_edge_begins_anew_by_set_up_or_as_the_table_declares() {
 }
 
 /// Cuts of equal length in three clampings of twelve, made with one edge, whose coefficients rise by the square root of the way that its
-/// teeth have slid (a law that the effect does not have), up to 60 %; noise of 1 % from a fixed sequence. `read` changes what is read.
-fn worn_throughout(columns: &str, read: impl Fn(usize, f64) -> f64) -> String {
+/// teeth have slid (a law that the effect does not have), up to a `rise`; noise of 1 % from a fixed sequence. `read` changes what is read.
+fn worn_throughout(columns: &str, rise: f64, read: impl Fn(usize, f64) -> f64) -> String {
     let mut out = format!(
         "group,order,feed_mm_min,spindle_rpm,axial_depth_mm,radial_depth_mm,side,diameter_mm,flutes,spindle_power_w{columns}\n"
     );
@@ -471,7 +471,7 @@ fn worn_throughout(columns: &str, read: impl Fn(usize, f64) -> f64) -> String {
         let depth = [1.0, 2.0, 3.5, 1.5][cut % 4];
         let (removal, contact) =
             (radial * depth * feed / 60.0, depth * 5.0 * f64::acos(1.0 - radial / 5.0) * 3.0 * 50.0);
-        let worn = 1.0 + 0.6 * f64::sqrt(slid / whole);
+        let worn = 1.0 + rise * f64::sqrt(slid / whole);
         let noise = 1.0 + 0.01 * (((cut * 7919) % 101) as f64 / 50.0 - 1.0);
         let power = read(cut, 200.0 + (0.8 * removal + 0.03 * contact * worn) * noise);
         slid += own;
@@ -499,31 +499,46 @@ fn names(report: &Value) -> Vec<&str> {
 
 #[test]
 fn wear_that_goes_on_from_set_up_to_set_up_is_wear_without_any_duration() {
-    let (report, model) = learned(&worn_throughout("", |_, power| power));
+    let (report, model) = learned(&worn_throughout("", 0.6, |_, power| power));
     assert_eq!(names(&report), ["flank-wear"], "{}", report["verdict"]);
     let warnings = report["warnings"].to_string();
     assert!(warnings.contains("from set-up to set-up") && warnings.contains("duration_s"), "{warnings}");
+    assert!(!warnings.contains("differ as a whole"), "{warnings}");
     // How long the cuts were is not known, so the model takes the edge as it was at the end: 60 % more than a fresh one.
     let value = |name: &str| -> f64 {
         model.lines().find_map(|line| line.strip_prefix(&format!("{name} = "))).unwrap().parse().unwrap()
     };
     assert!(value("growth_per_100m") == 0.0 && (value("run_in") - 0.6).abs() < 0.1, "{model}");
     // Where a column says which edge cut, nothing is assumed of it.
-    let (report, _) = learned(&worn_throughout(",edge", |_, power| power));
+    let (report, _) = learned(&worn_throughout(",edge", 0.6, |_, power| power));
     assert_eq!(names(&report), ["flank-wear"], "{}", report["verdict"]);
     assert!(!report["warnings"].to_string().contains("from set-up to set-up"), "{}", report["warnings"]);
 }
 
+/// The second and third clamping are of a batch whose every cut takes 1.27 times the load; no edge wears.
+#[test]
+fn a_harder_batch_from_one_set_up_on_is_no_wear_and_is_said() {
+    let (report, _) = learned(&worn_throughout("", 0.0, |cut, power| match cut {
+        0..12 => power,
+        _ => 200.0 + 1.27 * (power - 200.0),
+    }));
+    assert!(!names(&report).contains(&"flank-wear"), "{}", report["verdict"]);
+    let warnings = report["warnings"].to_string();
+    assert!(warnings.contains("differ as a whole") && warnings.contains("take 1.27 times"), "{warnings}");
+    let (plain, _) = learned(&worn_throughout("", 0.0, |_, power| power));
+    assert!(names(&plain).is_empty() && !plain["warnings"].to_string().contains("differ as a whole"), "{plain}");
+}
+
 #[test]
 fn a_cut_that_the_others_do_not_predict_is_left_out_and_said() {
-    let plain = learned(&worn_throughout(",edge", |_, power| power)).0;
+    let plain = learned(&worn_throughout(",edge", 0.6, |_, power| power)).0;
     let said = |report: &Value| {
         let events = report["events"].as_array().unwrap().iter().filter(|event| event["kind"] == "outlying");
         events.map(|event| event["said"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
     assert!(said(&plain).is_empty(), "{}", plain["events"]);
     // A digit lost in row 8.
-    let slip = learned(&worn_throughout(",edge", |cut, power| if cut == 7 { 0.1 * power } else { power })).0;
+    let slip = learned(&worn_throughout(",edge", 0.6, |cut, power| if cut == 7 { 0.1 * power } else { power })).0;
     assert!(said(&slip).len() == 1 && said(&slip)[0].starts_with("row 8 reads 9"), "{:?}", said(&slip));
     assert_eq!(names(&slip), names(&plain));
 }

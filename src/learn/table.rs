@@ -6,11 +6,13 @@
 use crate::effects::named;
 use crate::learn::dataset::layers::least_radius;
 use crate::learn::dataset::samples::Data;
-use crate::learn::dataset::steady_table::{COUNTED_MM, SteadyRow, way_is_counted, with_one_edge};
+use crate::learn::dataset::steady_table::{COUNTED_MM, SteadyRow, numbered, way_is_counted, with_one_edge};
 use crate::learn::dataset::table_data::data;
+use crate::learn::diagnose::set_up_factors::set_up_factors;
 use crate::learn::diagnose::{Options, diagnose};
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::model::cross_validation::{by_blocks, by_kind};
+use crate::learn::model::design::{FittedEffect, in_model};
 use crate::learn::report::LearnReport;
 use crate::machine::Spindle;
 
@@ -30,8 +32,10 @@ pub fn learn_table(
     };
     let declared = answer(table)?.ok_or_else(few)?;
     let one_edge = with_one_edge(frame, table).map(|rows| answer(&rows)).transpose()?.flatten();
-    let better =
-        |(report, _): &(LearnReport, Data)| names_wear(report) && report.final_test.rmse < declared.0.final_test.rmse;
+    // What differs from set-up to set-up as a whole is no wear, which grows within them.
+    let better = |(report, found): &(LearnReport, Data)| {
+        names_wear(report) && report.final_test.rmse < declared.0.final_test.rmse && factors(report, found).is_none()
+    };
     let is_one = one_edge.as_ref().is_some_and(better);
     let (mut report, found) = one_edge.filter(better).unwrap_or(declared);
     if is_one {
@@ -49,10 +53,30 @@ pub fn learn_table(
         ));
     }
     report.least_radius = least_radius(table);
+    report.warnings.extend(factors(&report, &found).and_then(|factors| set_ups_differ(&factors, table)));
     if let Some(spindle) = spindle {
         report.read_at_meter(spindle, &found.channel_names);
     }
     Ok((report, found))
+}
+
+/// Number of each set-up and its load over that of the first, where that explains the table better than the effects of its report.
+fn factors(report: &LearnReport, found: &Data) -> Option<Vec<(usize, f64)>> {
+    let effects: Vec<FittedEffect> = report.effects.iter().filter_map(in_model).collect();
+    set_up_factors(found, &effects)
+}
+
+/// One sentence on set-ups whose loads are these over that of the first.
+fn set_ups_differ(factors: &[(usize, f64)], table: &[SteadyRow]) -> Option<String> {
+    let (_, names) = numbered(table.iter().map(|row| row.group.as_str()));
+    let (first, _) = factors.first()?;
+    let far = |factor: f64| factor.ln().abs();
+    let (most, factor) = factors.iter().max_by(|a, b| far(a.1).total_cmp(&far(b.1)))?;
+    Some(format!(
+        "the set-ups differ as a whole: the cuts of set-up {} take {factor:.2} times the load of those of set-up {}; another batch of material, edge or \
+         clamping does that, and the coefficients are a mean of them all. Learn from each set-up alone, or cut all from one batch with one edge",
+        names[*most], names[*first]
+    ))
 }
 
 /// Does the report name the wear of an edge?

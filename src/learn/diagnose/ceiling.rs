@@ -123,6 +123,8 @@ mod tests {
         assert_eq!(ceilings.len(), 1);
         // 140, 150 and 160 of seven loads.
         assert!((ceilings[0].reading / 135.0 - 1.0).abs() < 0.005 && ceilings[0].samples == BLOCKS * EACH * 3 / 7);
+        let most = found(|load| load.min(115.0));
+        assert_eq!(most.iter().map(|each| each.samples).collect::<Vec<_>>(), [BLOCKS * EACH * 5 / 7]);
     }
 
     #[test]
@@ -145,6 +147,7 @@ mod tests {
     fn readings_that_go_on_rising_have_no_ceiling_nor_has_a_level_of_most_of_them() {
         assert_eq!(found(|load| load), []);
         assert_eq!(found(|load| load.min(135.0 + 0.5 * (load - 135.0))), []);
-        assert_eq!(found(|load| load.min(115.0)), []);
+        // 110 to 160 of seven loads.
+        assert_eq!(found(|load| load.min(105.0)), []);
     }
 }

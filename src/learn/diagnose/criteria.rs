@@ -131,10 +131,13 @@ const OUTLYING: f64 = 6.0;
 const MOST_OUTLYING: f64 = 0.05;
 const FEWEST_TO_CONTRADICT: usize = 20;
 
+/// Ratio of loads from which two set-ups differ for a reason worth looking for: the accuracy of a power meter on a spindle. Judgement.
+const SET_UPS_APART: f64 = 1.03;
+
 /// Fewest samples at a ceiling of a reading, and largest share of all: the others have to tell the base coefficients. Judgement, like the
 /// three that follow.
 const FEWEST_AT_CEILING: usize = 4;
-const MOST_AT_CEILING: f64 = 0.5;
+const MOST_AT_CEILING: f64 = 0.75;
 /// Largest scatter of the readings about the ceiling, over that of the other samples about the base model.
 const CEILING_SCATTER: f64 = 1.5;
 /// Least mean excess of the predicted loads over the ceiling, over the scatter of the others.
@@ -380,6 +383,11 @@ pub(in crate::learn) fn is_outlying(scatters: f64) -> bool {
     scatters >= OUTLYING
 }
 
+/// Is a set-up whose cuts take so many times the load of the first another cut than that?
+pub(in crate::learn) fn is_set_up_apart(factor: f64) -> bool {
+    factor.max(1.0 / factor) >= SET_UPS_APART
+}
+
 /// Can so many of the samples of a quantity be at its ceiling?
 pub(in crate::learn) fn can_be_at_a_ceiling(samples: usize, all: usize) -> bool {
     samples >= FEWEST_AT_CEILING && samples as f64 <= MOST_AT_CEILING * all as f64
@@ -506,6 +514,11 @@ mod tests {
     }
 
     #[test]
+    fn set_ups_are_apart_from_a_thirtieth_on_to_either_side() {
+        assert!(is_set_up_apart(1.031) && is_set_up_apart(0.969) && !is_set_up_apart(1.029) && !is_set_up_apart(0.972));
+    }
+
+    #[test]
     fn a_cut_is_outlying_on_one_side_of_every_threshold_and_not_on_the_other() {
         assert!(is_outlying(6.1) && !is_outlying(5.9));
         assert_eq!([19, 20, 39, 40].map(most_outlying), [0, 1, 1, 2]);
@@ -513,7 +526,7 @@ mod tests {
 
     #[test]
     fn a_ceiling_is_one_on_one_side_of_every_threshold_and_none_on_the_other() {
-        assert!(can_be_at_a_ceiling(4, 8) && !can_be_at_a_ceiling(3, 8) && !can_be_at_a_ceiling(4, 7));
+        assert!(can_be_at_a_ceiling(4, 8) && !can_be_at_a_ceiling(3, 8) && !can_be_at_a_ceiling(4, 5));
         assert!(is_ceiling(1.4, 1.1, 1.0, 0.29));
         assert!(
             !is_ceiling(1.6, 1.1, 1.0, 0.29) && !is_ceiling(1.4, 0.9, 1.0, 0.29) && !is_ceiling(1.4, 1.1, 1.0, 0.31)

@@ -292,6 +292,28 @@ mod tests {
         assert!(!is_refused(Covariate::X, one) && !is_refused(Covariate::Volume, one));
     }
 
+    /// Do two operations at two speeds refuse an effect with these values, which the readings do not have?
+    fn refuse(name: &str, values: &[f64]) -> bool {
+        let speed = |i: usize| if (i / EACH).is_multiple_of(2) { 1000.0 } else { 4000.0 };
+        let mut data = made(|_| 0.0, 1.0, |i| State { cutting_speed_mm_s: speed(i), ..State::default() });
+        data.kind = (0..data.len()).map(|i| (i / EACH) % 2).collect();
+        let load = |i: usize| if i % EACH < EACH / 2 { 100.0 } else { 200.0 };
+        data.columns[0] = (0..data.len()).map(load).collect();
+        data.reading.clone_from(&data.columns[0]);
+        let (split, options) = (fifths(&data), Options::default());
+        let effect = named(name).unwrap();
+        let present = fit(&data, &[], 0).unwrap();
+        let each = FittedEffect { effect, values: values.to_vec(), free: vec![false; values.len()] };
+        let trial = Trial { effect, fitted: fit(&data, &[each], 5).unwrap(), gain: 1.0, score: 1.0 };
+        begun(&data, &split, &options, 1.0).harms_operations(&present, &trial).is_some()
+    }
+
+    #[test]
+    fn operations_refuse_an_effect_of_the_cut_that_they_do_not_have_and_leave_a_lag_to_the_blocks_of_time() {
+        assert!(refuse("cutting-speed", &[0.8, 0.0, 1.0]));
+        assert!(!refuse("sensor-lag", &[4.0]));
+    }
+
     #[test]
     fn a_lag_takes_what_comes_late_and_not_what_only_lasts() {
         assert!(taken(4.0, 0.0) > 0.5, "{}", taken(4.0, 0.0));

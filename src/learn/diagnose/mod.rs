@@ -29,6 +29,7 @@ pub mod residual;
 pub mod scatter;
 pub mod score_test;
 mod search;
+pub(in crate::learn) mod set_up_factors;
 mod set_ups;
 pub mod trial;
 mod trial_cache;

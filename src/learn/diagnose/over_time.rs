@@ -138,6 +138,7 @@ fn rise(windows: &[Window]) -> Option<Changed> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::learn::report::{Added, Ceiling};
 
     fn windows(cutting: impl Fn(f64) -> f64, edge: impl Fn(f64) -> f64) -> Vec<Window> {
         let wobble = |k: usize| 0.01 * (((k * 37) % 11) as f64 / 5.0 - 1.0);
@@ -166,6 +167,26 @@ mod tests {
     fn a_jump_that_stays_is_a_chipped_edge() {
         let said = in_words(&windows(|t| if t > 240.0 { 1.2 } else { 1.0 }, |_| 1.0)).unwrap();
         assert!(said.contains("chipped") && said.contains("20 % at 240 s"), "{said}");
+    }
+
+    #[test]
+    fn what_the_windows_show_may_be_the_edge_where_nothing_else_was_found_or_wear() {
+        let with = |name: &str| LearnReport {
+            effects: vec![Added {
+                name: name.to_owned(),
+                parameters: Vec::new(),
+                p_value: 0.0,
+                test_rmse_before: 2.0,
+                test_rmse_after: 1.0,
+                evidence: String::new(),
+            }],
+            ..LearnReport::default()
+        };
+        assert!(may_be_the_edge(&LearnReport::default()));
+        assert!(may_be_the_edge(&with("flank-wear")) && may_be_the_edge(&with("edge-chipping")));
+        assert!(!may_be_the_edge(&with("up-down-asymmetry")) && !may_be_the_edge(&with("sensor-lag")));
+        let ceiling = Ceiling { name: "spindle_power_w".to_owned(), reading: 700.0, samples: 9 };
+        assert!(!may_be_the_edge(&LearnReport { ceilings: vec![ceiling], ..LearnReport::default() }));
     }
 
     #[test]
