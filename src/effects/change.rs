@@ -71,10 +71,16 @@ impl Excess {
         }
     }
 
+    /// The reading of a load, and its slope over the load.
+    pub fn reading_and_slope(&self, load: f64) -> [f64; 2] {
+        let of = self.of(load);
+        let exponent = if self.full().is_some() { self.exponent } else { 0.0 };
+        [load * (1.0 + of), 1.0 + (1.0 + exponent) * of]
+    }
+
     /// Slope of the reading over the load.
     pub fn slope(&self, load: f64) -> f64 {
-        let exponent = if self.full().is_some() { self.exponent } else { 0.0 };
-        1.0 + (1.0 + exponent) * self.of(load)
+        self.reading_and_slope(load)[1]
     }
 }
 

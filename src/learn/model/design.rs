@@ -16,6 +16,8 @@ use std::f64::consts::TAU;
 
 /// Most Newton steps to find the load of a reading; about five suffice.
 const MOST_INVERSIONS: usize = 24;
+/// Newton step, relative to the load, behind which nothing is left to a double.
+const LAST_STEP: f64 = 1e-8;
 
 /// An effect with values of its parameters.
 #[derive(Debug, Clone)]
@@ -216,10 +218,11 @@ pub fn before_drive(data: &Data, excess: &Excess) -> Vec<f64> {
 fn load_of_reading(y: f64, excess: &Excess) -> f64 {
     let mut p = y;
     for _ in 0..MOST_INVERSIONS {
-        let off = p * (1.0 + excess.of(p)) - y;
-        let step = off / excess.slope(p);
+        let [reading, slope] = excess.reading_and_slope(p);
+        let step = (reading - y) / slope;
         p -= step;
-        if step.abs() <= 1e-13 * p.abs() {
+        // What is left is of the order of the square of the step.
+        if step.abs() <= LAST_STEP * p.abs() {
             break;
         }
     }
@@ -470,7 +473,7 @@ mod tests {
             for load in [-3.0, 0.0, 1e-3, 40.0, 100.0, 250.0] {
                 let reading = load * (1.0 + drive.of(load));
                 let found = load_of_reading(reading, &drive);
-                assert!((found - load).abs() <= 1e-9 * load.abs(), "{excess} {exponent} {load}: {found}");
+                assert!((found - load).abs() <= 1e-12 * load.abs(), "{excess} {exponent} {load}: {found}");
             }
         }
     }
