@@ -762,3 +762,36 @@ fn a_doubt_that_the_setup_confirms_is_a_note_and_promises_nothing_else() {
     let note = (Severity::Note, "the setup confirms that nothing changes by it".to_owned());
     assert_eq!(said([vec!["unknown-code"], vec![]]), note);
 }
+
+/// Lowest heights of the feed moves.
+fn depths(path: &Toolpath) -> Vec<f64> {
+    let feeds = path.moves.iter().filter(|motion| motion.kind == MoveKind::Feed);
+    feeds.map(|motion| motion.curve().to().z).filter(|z| *z < 0.0).collect()
+}
+
+/// On a Haas only L repeats a cycle; K is the smallest peck of G73 and G83. Elsewhere `K0` drills nothing.
+#[test]
+fn k_of_a_haas_is_a_peck_and_no_number_of_repeats() {
+    let text = "G21 G90 G0 X0 Y0 Z10.\nG83 G99 X1. Z-6. R1. I2. J0.5 K0.5 F240.\nX5.\nG80\nM30\n";
+    assert_eq!(depths(&read(text, Dialect::Haas)), [-6.0, -6.0]);
+    assert_eq!(depths(&read(text, Dialect::Fanuc)), [-6.0]);
+    let several = "G21 G90 G0 X0 Y0 Z10.\nG81 G99 X1. Z-6. R1. F240.\nG91 X5. L3\nG80\nM30\n";
+    assert_eq!(depths(&read(several, Dialect::Haas)), [-6.0; 4]);
+}
+
+/// A row of holes in steps: on Fanuc and Haas depth and R plane stay where G90 has put them; LinuxCNC counts them from the initial level and R.
+#[test]
+fn levels_of_a_cycle_stay_when_its_holes_go_on_in_steps() {
+    let text = "G21 G90 G0 X0 Y0 Z10.\nG99 G81 X10. Y10. Z-12. R2. F250.\nG91 X10. K2\nG90 G80\nM30\n";
+    assert_eq!(depths(&read(text, Dialect::Fanuc)), [-12.0; 3]);
+    let steps = "G21 G91 G0 X0 Y0 Z10.\nG99 G81 X10. Y10. Z-14. R-8. F250.\nX10. K2\nG90 G80\nM30\n";
+    assert_eq!(depths(&read(steps, Dialect::Fanuc)), [-12.0; 3]);
+    let lcnc = read(&text.replace("K2", "L2"), Dialect::LinuxCnc);
+    assert_eq!(lcnc.moves.iter().filter(|m| m.kind == MoveKind::Feed).last().unwrap().curve().to().z, 0.0);
+}
+
+#[test]
+fn s_behind_g4_is_turns_to_dwell_and_no_speed() {
+    let path = read("G71 G90\nS3000 M3\nG1 X10 F500\nG4 S30\nX20\nM30\n", Dialect::Siemens);
+    assert!(path.moves.iter().all(|motion| motion.spin.rps == 50.0), "{:?}", path.moves);
+}

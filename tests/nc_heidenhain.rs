@@ -336,3 +336,18 @@ fn a_block_that_says_nothing_here_is_a_doubt() {
         assert!(of(block).doubts.is_empty(), "{block}: {:?}", of(block).doubts);
     }
 }
+
+/// Where the contour begins is not read of polar words, and where a departure without its length ends is not known: a doubt is left behind.
+#[test]
+fn approaches_and_departures_whose_end_is_not_read_are_in_doubt() {
+    let doubts = |lines: &str| read(lines).doubts.len();
+    let contour = "L X+60 Y+0\nL X+60 Y+40\n";
+    for approach in ["APPR PLT PR+20 PA+180 LEN20 RL F600", "APPR PLCT PR+20 PA+180 R5 RL F600"] {
+        let lines = format!("CC X+30 Y+30\nL X-40 Y+0 Z+5 R0 FMAX M3\nL Z-5 F300\n{approach}\n{contour}");
+        assert!(doubts(&lines) > 0, "{approach}");
+    }
+    let known =
+        format!("L X-40 Y+0 Z+5 R0 FMAX M3\nL Z-5 F300\nAPPR LT X+0 Y+0 LEN20 R0 F600\n{contour}DEP LT LEN20\n");
+    assert_eq!(doubts(&known), 0);
+    assert!(doubts(&known.replace("DEP LT LEN20", "DEP LT")) > 0);
+}

@@ -391,3 +391,15 @@ fn feeds_of_a_contour_change_between_its_approach_and_its_departure() {
         "{out}"
     );
 }
+
+/// A corner with a feed of its own holds nothing but itself.
+#[test]
+fn feeds_beside_a_corner_with_its_own_feed_change() {
+    let text = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S3000\n2 L X+0 Y+0 R0 FMAX M3\n3 L X+40 F600\n4 L Y+40\n5 RND R4 F200\n6 L X+0\n\
+                7 L Z+50 R0 FMAX\n8 END PGM A MM\n";
+    let out = rewritten(text, Dialect::Heidenhain, &quiet(), scaled(0.5));
+    assert!(out.contains("3 L X+40 F300\n4 L Y+40\n5 RND R4 F200\n6 L X+0\n"), "{out}");
+    let siemens = "G71 G90\nS3000 M3\nG0 X0 Y0 Z0\nG1 X40 F600\nY40 RND=4 FRC=200\nX0\nX10 FB=150\nX20\nM30\n";
+    let out = rewritten(siemens, Dialect::Siemens, &quiet(), scaled(0.5));
+    assert!(out.contains("G1 X40 F300\nY40 RND=4 FRC=200\nX0\n") && out.contains("FB=150\n"), "{out}");
+}

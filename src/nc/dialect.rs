@@ -124,6 +124,8 @@ pub(crate) struct Properties {
     pub(crate) g76_cuts_threads: bool,
     /// K of a cycle says how often it is repeated.
     pub(crate) k_repeats: bool,
+    /// Depth and R plane of a cycle stay where they were when G90 changes to G91; elsewhere they are then counted as steps.
+    pub(crate) cycles_keep_levels: bool,
     /// R of a cycle may be left out: the plane is then the level the cycle began at.
     pub(crate) r_plane_optional: bool,
     /// G84 and G89 come out at feed as far as the cycle returns, others go on at rapid from R; G87 steps aside before it stops
@@ -205,6 +207,7 @@ const GENERIC: Properties = Properties {
     no_motion_after_g80: false,
     g76_cuts_threads: false,
     k_repeats: true,
+    cycles_keep_levels: false,
     r_plane_optional: false,
     cycles_out_at_feed: true,
     scales_in_thousandths: false,
@@ -226,6 +229,7 @@ const FANUC: Properties = Properties {
     t_changes_tool: false,
     active_comments: false,
     firmware: false,
+    cycles_keep_levels: true,
     cycles_out_at_feed: false,
     scales_in_thousandths: true,
     entry_square_to_next: true,
@@ -236,12 +240,13 @@ const FANUC: Properties = Properties {
 const TABLE: &[Properties] = &[
     GENERIC,
     FANUC,
-    // R left out: Haas Mill Operator's Manual, G81.
+    // R left out: Haas Mill Operator's Manual, G81. Only L repeats: I, J and K of G73 and G83 are pecks.
     Properties {
         dialect: Dialect::Haas,
         name: "haas",
         m_codes: M_HAAS,
         m13_starts_spindle: false,
+        k_repeats: false,
         r_plane_optional: true,
         scales_in_thousandths: false,
         ..FANUC

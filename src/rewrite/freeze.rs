@@ -167,10 +167,13 @@ fn modes_by_block(program: &Program, toolpath: &Toolpath) -> Vec<Modes> {
 
 /// Places of the F words, sorted, that are in force in a block in which another F word may be in force too, or in which the unit of length is
 /// another than where the word stands. The word of such a block itself is in force behind it whatever came before: an approach of plain language
-/// begins with the feed before it and ends with its own.
+/// begins with the feed before it and ends with its own. A corner or a block with a feed of its own takes no part.
 fn mixed_spans(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<u32> {
-    let feeds =
-        || toolpath.moves.iter().filter(|motion| motion.kind == MoveKind::Feed && motion.block.ix() < program.len());
+    let takes_part = |motion: &&Move| {
+        let is_own = motion.freeze == Some(Freeze::OwnFeed) && motion.feed.word.is_none();
+        motion.kind == MoveKind::Feed && motion.block.ix() < program.len() && !is_own
+    };
+    let feeds = || toolpath.moves.iter().filter(takes_part);
     let mut first: Vec<Option<Option<u32>>> = vec![None; program.len()];
     let mut mixed = vec![false; program.len()];
     let unit = |block: BlockId| modes[block.ix()].inch;

@@ -17,6 +17,7 @@ use super::blocks::number_after;
 use super::state::Heidenhain;
 use super::state::{Approach, Shape, Way};
 use crate::diag::{Severity, Span};
+use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::intersection::{OffsetElement, Point};
 use crate::nc::interp::state::PreviousElement;
@@ -39,6 +40,10 @@ impl Interpreter<'_, Heidenhain> {
         self.own_feed(words);
         let then = self.motion_of(MoveKind::Feed, here);
         let target = self.peek_target(words);
+        // Its point may be given by polar words, which are not read here.
+        if !words.has_any(b"XYZ") {
+            self.doubt(Doubt::UnknownCode, place);
+        }
         clear_motion(words);
         self.place.programmed = target;
         let at_own_feed = way.is_none_or(|way| way.shape == Shape::LineAndArc);
@@ -130,6 +135,8 @@ impl Interpreter<'_, Heidenhain> {
             self.say("nc::approach", Severity::Warning, place, "this departure is read as a straight motion", HELP);
             if words.has_any(b"XYZ") {
                 self.tool_to(MoveKind::Feed, Curve::Line { from: self.place.tool, to: target });
+            } else {
+                self.doubt(Doubt::UnknownCode, place);
             }
         }
         let at = [self.place.tool[a], self.place.tool[b]];

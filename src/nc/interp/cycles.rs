@@ -2,7 +2,7 @@
 //!
 //! The drilling axis is the normal of the plane. The initial level is where the tool stood when cycles came into force; with G98 a
 //! cycle returns there (or to R, if that is higher), with G99 to R. With G91, R counts from the initial level and the depth
-//! from R. Words stay in force until the cycle is cancelled.
+//! from R; whether a level that was given under G90 is kept under G91 is a property of the control. Words stay in force until the cycle is cancelled.
 
 use super::interpreter::{Family, Interpreter};
 use super::state::Cycle;
@@ -41,7 +41,7 @@ impl<F: Family> Interpreter<'_, F> {
         });
         self.block.splittable = false;
         let (_, _, n) = self.modal.plane.axes();
-        let level = if self.modal.incremental { retract + cycle.initial } else { retract };
+        let level = if cycle.retract_is_step { retract + cycle.initial } else { retract };
         let mut hole = self.target(words);
         let step = hole - self.place.programmed;
         hole = self.place.programmed;
@@ -66,6 +66,12 @@ impl<F: Family> Interpreter<'_, F> {
         let mm = |letter: u8| words.get(letter).map(|value| value * unit);
         cycle.depth = mm(b"XYZ"[n]).or(cycle.depth);
         cycle.retract = mm(b'R').or(cycle.retract);
+        let keeps = self.dialect().cycles_keep_levels;
+        for (letter, is_step) in [(b"XYZ"[n], &mut cycle.depth_is_step), (b'R', &mut cycle.retract_is_step)] {
+            if !keeps || words.has(letter) {
+                *is_step = self.modal.incremental;
+            }
+        }
         cycle.peck = mm(b'Q').or(cycle.peck);
         cycle.top = mm(b"IJK"[n]).or(cycle.top);
         if let Some(seconds) = self.dwell_seconds(words, b'P') {
@@ -104,7 +110,7 @@ impl<F: Family> Interpreter<'_, F> {
         let (_, _, n) = self.modal.plane.axes();
         let clear = if self.modal.retract_to_r { level } else { level.max(cycle.initial) };
         let travel = if self.modal.retract_to_r { self.place.programmed[n] } else { clear };
-        let z = cycle.depth.map_or(level, |z| if self.modal.incremental { level + z } else { z });
+        let z = cycle.depth.map_or(level, |z| if cycle.depth_is_step { level + z } else { z });
         hole[n] = travel;
         self.line_to(MoveKind::Rapid, hole);
         if travel != level {

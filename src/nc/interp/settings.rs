@@ -244,7 +244,8 @@ impl<F: Family> Interpreter<'_, F> {
 
     fn speed_and_tool(&mut self, words: &Words) {
         let before = self.modal.spin();
-        if let Some(rpm) = words.get(b'S') {
+        // Behind G4 it is a number of turns to dwell.
+        if let Some(rpm) = words.get(b'S').filter(|_| !words.has_g(40)) {
             self.modal.speed_rps = rps_from_rpm(rpm.abs());
         }
         if let Some(number) = words.get(b'T') {
@@ -344,7 +345,9 @@ impl<F: Family> Interpreter<'_, F> {
 
     fn dwell(&mut self, words: &Words) {
         let long = self.dwell_seconds(words, b'P').or(words.get(b'X')).or(words.get(b'U')).or(words.get(b'F'));
-        let seconds = long.unwrap_or(0.0).max(0.0);
+        let rps = self.modal.spin().rps;
+        let turns = words.get(b'S').filter(|_| rps > 0.0).map(|turns| turns / rps);
+        let seconds = long.or(turns).unwrap_or(0.0).max(0.0);
         self.event(Event::Dwell { seconds, line: self.line_number() });
     }
 

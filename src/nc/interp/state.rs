@@ -483,6 +483,10 @@ pub struct Cycle {
     pub depth: Option<f64>,
     /// R
     pub retract: Option<f64>,
+    /// Is the depth a step from the R plane?
+    pub depth_is_step: bool,
+    /// Is the R plane a step from the initial level?
+    pub retract_is_step: bool,
     /// Q
     pub peck: Option<f64>,
     /// P
