@@ -278,3 +278,32 @@ fn corners_and_blocks_have_feeds_of_their_own() {
     assert_eq!(feeds("G1 F400 X10\nFB=150 X20\nX30\nM30\n"), [(400.0, None), (150.0, own), (400.0, None)]);
     assert_eq!(feeds("S600 M3 G1 G95 F0.1 X10\nX20 FB=0.2\nM30\n")[1], (120.0, own));
 }
+
+/// Under compensation F holds along the contour unless CFTCP says otherwise: with the contour's radius r and the tool radius R the centre runs at
+/// F (r ± R) / r; under CFIN inside of the contour alone. On lines it is F.
+#[test]
+fn the_feed_of_a_compensated_arc_holds_along_the_contour() {
+    let compensation = Some(feedwright::machine::Compensation::Control);
+    let environment = Environment { compensation, diameters_mm: vec![(1, 10.0)], ..Environment::default() };
+    let feeds = |manner: &str, arc: &str| {
+        let text = format!(
+            "T1 D1\nM6\nS3000 M3\nG0 X-20 Y0\nG1 G41 {manner} X0 Y0 F600\nX30\n{arc}\nG1 X40 Y40\nG40 X60 Y60\nM30\n"
+        );
+        let program = nc::parse(text.into_bytes(), Some(Dialect::Siemens));
+        let path = nc::interpret(&program, &environment);
+        let round = |motion: &nc::Move| (60.0 * motion.feed.mm_s * 10.0).round() / 10.0;
+        let arcs = path.moves.iter().filter(|motion| matches!(motion.curve(), Curve::Arc(_)));
+        let lines =
+            path.moves.iter().filter(|m| matches!(m.curve(), Curve::Line { .. }) && m.kind == nc::MoveKind::Feed);
+        assert!(lines.into_iter().all(|motion| round(motion) == 600.0), "{:?}", path.moves);
+        arcs.map(round).collect::<Vec<_>>()
+    };
+    // G41 is left of the contour: a left turn of radius 10 is run at radius 5, a right turn at 15.
+    let [inner, outer] = ["G3 X40 Y10 CR=10", "G2 X40 Y-10 CR=10"];
+    for (manner, expected) in
+        [("", [300.0, 900.0]), ("CFC", [300.0, 900.0]), ("CFTCP", [600.0; 2]), ("CFIN", [300.0, 600.0])]
+    {
+        assert_eq!(feeds(manner, inner)[0], expected[0], "{manner}");
+        assert_eq!(feeds(manner, outer)[0], expected[1], "{manner}");
+    }
+}

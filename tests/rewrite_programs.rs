@@ -7,7 +7,7 @@
 mod rewriting;
 
 use feedwright::machine::{Annotate, Job};
-use feedwright::nc::{Dialect, MoveKind, Toolpath, interpret};
+use feedwright::nc::{Dialect, Environment, MoveKind, Toolpath, interpret};
 use feedwright::schedule::Schedule;
 use rewriting::{check, job, parse, schedule, surroundings, toolpath, unchanged};
 
@@ -402,4 +402,25 @@ fn feeds_beside_a_corner_with_its_own_feed_change() {
     let siemens = "G71 G90\nS3000 M3\nG0 X0 Y0 Z0\nG1 X40 F600\nY40 RND=4 FRC=200\nX0\nX10 FB=150\nX20\nM30\n";
     let out = rewritten(siemens, Dialect::Siemens, &quiet(), scaled(0.5));
     assert!(out.contains("G1 X40 F300\nY40 RND=4 FRC=200\nX0\n") && out.contains("FB=150\n"), "{out}");
+}
+
+/// Where F holds along the contour, the F that is written gives the tool centre the feed that was chosen for it.
+#[test]
+fn a_compensated_arc_is_written_with_the_feed_along_its_contour() {
+    let text = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S3000 F600 DR+5\n2 L X-40 Y+0 R0 FMAX M3\n3 L X+0 Y+0 RL F600\n4 L X+30 M109\n\
+                5 CR X+40 Y-10 R+10 DR- F600\n6 L Y-40\n7 L X+60 R0 FMAX\n8 END PGM A MM\n";
+    let environment = Environment {
+        compensation: Some(feedwright::machine::Compensation::Control),
+        diameters_mm: vec![(1, 10.0)],
+        ..surroundings()
+    };
+    let text = text.replace(" DR+5", "");
+    let program = parse(text.as_bytes(), Dialect::Heidenhain);
+    let path = toolpath(&program, &environment, &quiet());
+    let arc = path.moves.iter().find(|motion| motion.block.0 == 5 && motion.feed.over_contour != 1.0).unwrap();
+    assert!((arc.feed.over_contour - 1.5).abs() < 1e-9 && (60.0 * arc.feed.mm_s - 900.0).abs() < 1e-6, "{arc:?}");
+    let asked = schedule(&path, |_| Vec::new(), |_, _| 0.5);
+    let out = check(&program, &environment, &asked, &quiet()).unwrap_or_else(|why| panic!("{why}"));
+    let out = String::from_utf8(out.bytes).unwrap();
+    assert!(out.contains("DR- F300"), "{out}");
 }

@@ -128,6 +128,8 @@ pub(crate) struct Properties {
     pub(crate) cycles_keep_levels: bool,
     /// R of a cycle may be left out: the plane is then the level the cycle began at.
     pub(crate) r_plane_optional: bool,
+    /// F of a compensated arc holds along the contour at switch-on, and not along the path of the tool.
+    pub(crate) arcs_feed_along_contour: bool,
     /// G84 and G89 come out at feed as far as the cycle returns, others go on at rapid from R; G87 steps aside before it stops
     /// the spindle.
     pub(crate) cycles_out_at_feed: bool,
@@ -209,6 +211,7 @@ const GENERIC: Properties = Properties {
     k_repeats: true,
     cycles_keep_levels: false,
     r_plane_optional: false,
+    arcs_feed_along_contour: false,
     cycles_out_at_feed: true,
     scales_in_thousandths: false,
     g63_is_modal: true,
@@ -286,8 +289,10 @@ const TABLE: &[Properties] = &[
         ..GENERIC
     },
     Properties {
+        // CFC is in force at switch-on: SINUMERIK ONE, NC programming, G group 16.
         dialect: Dialect::Siemens,
         name: "siemens",
+        arcs_feed_along_contour: true,
         syntax: Syntax::Siemens,
         comments: &[CommentForm::Semicolon, CommentForm::Parentheses],
         max_line_length: 512,

@@ -123,6 +123,8 @@ pub struct Feed {
     pub mm_s: f64,
     /// The block with the F word that set it, and the bytes of that word (`F` and its number); `None`: not a plain word.
     pub word: Option<(BlockId, Span)>,
+    /// `mm_s` over what F says: other than 1 where a compensated arc keeps F along the contour and not along the path of the tool.
+    pub over_contour: f64,
 }
 
 /// A place at which something that is not simulated may use the feed in force.

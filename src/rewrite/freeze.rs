@@ -192,16 +192,19 @@ fn mixed_spans(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<u
 }
 
 /// For each number of [`Move::shared`]: does one F word give different feeds in its moves? It does in inverse time with different lengths, and
-/// per revolution at different spindle speeds.
+/// per revolution at different spindle speeds; and where it holds along the contour of one arc and not of another.
 fn uneven_groups(toolpath: &Toolpath) -> Vec<bool> {
-    let mut groups: Vec<Option<((f64, f64), bool)>> = Vec::new();
+    let mut groups: Vec<Option<((f64, f64, f64), bool)>> = Vec::new();
     for motion in &toolpath.moves {
         let Some(number) = motion.shared else { continue };
         if groups.len() <= number as usize {
             groups.resize(number as usize + 1, None);
         }
         let length = motion.curve().length();
-        let ((rps, first), uneven) = groups[number as usize].get_or_insert(((motion.spin.rps, length), false));
+        let over = motion.feed.over_contour;
+        let ((rps, first, first_over), uneven) =
+            groups[number as usize].get_or_insert(((motion.spin.rps, length, over), false));
+        *uneven |= *first_over != over;
         *uneven |= match motion.feed.mode {
             FeedMode::PerMinute => false,
             FeedMode::InverseTime => (*first - length).abs() > 1e-9 * length,
@@ -257,7 +260,8 @@ fn explains(number: f64, motion: &Move, unit_mm: f64) -> bool {
     let length_mm = motion.curve().length();
     let inverse = motion.feed.mode == FeedMode::InverseTime;
     let beside = inverse && !motion.splittable && number > 0.0 && motion.feed.mm_s > 0.0;
-    let unit = FeedUnit { mode: motion.feed.mode, unit_mm, rps: motion.spin.rps, length_mm };
+    let (mode, rps, over_contour) = (motion.feed.mode, motion.spin.rps, motion.feed.over_contour);
+    let unit = FeedUnit { mode, unit_mm, rps, length_mm, over_contour };
     let empty = inverse && length_mm == 0.0;
     empty || beside || unit.is_usable() && (unit.f_of(motion.feed.mm_s) - number).abs() <= 1e-6 * number.abs()
 }

@@ -20,15 +20,17 @@ pub struct FeedUnit {
     pub rps: f64,
     /// Length of the block, mm.
     pub length_mm: f64,
+    /// Feed of the tool centre over what F says ([`crate::nc::Feed::over_contour`]).
+    pub over_contour: f64,
 }
 
 impl FeedUnit {
     /// F for a feed in mm/s.
     pub fn f_of(&self, feed_mm_s: f64) -> f64 {
         match self.mode {
-            FeedMode::PerMinute => units::mm_min_from_mm_s(feed_mm_s) / self.unit_mm,
+            FeedMode::PerMinute => units::mm_min_from_mm_s(feed_mm_s) / (self.unit_mm * self.over_contour),
             FeedMode::InverseTime => units::mm_min_from_mm_s(feed_mm_s) / self.length_mm,
-            FeedMode::PerRev => feed_mm_s / (self.rps * self.unit_mm),
+            FeedMode::PerRev => feed_mm_s / (self.rps * self.unit_mm * self.over_contour),
         }
     }
     /// Can a feed be said in this unit at all?
@@ -85,7 +87,7 @@ mod tests {
     use super::*;
 
     fn write(feed_mm_min: f64, mode: FeedMode, like: &str) -> Option<String> {
-        let unit = FeedUnit { mode, unit_mm: 1.0, rps: 50.0, length_mm: 3.0 };
+        let unit = FeedUnit { mode, unit_mm: 1.0, rps: 50.0, length_mm: 3.0, over_contour: 1.0 };
         let style = NumberStyle::of(like.as_bytes(), true);
         let number = round_down(units::mm_s_from_mm_min(feed_mm_min), unit, style, Dialect::Fanuc)?;
         Some(style.write(number))

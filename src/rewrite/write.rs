@@ -425,7 +425,13 @@ impl<'a> Writer<'a> {
         let contour_mm = || Some(crate::units::mm_min_from_mm_s(motion.feed.mm_s) / self.original.as_ref()?.value);
         let whole = motion.feed.mode == FeedMode::InverseTime && !motion.splittable;
         let length_mm = if whole { contour_mm().unwrap_or(length_mm) } else { length_mm };
-        FeedUnit { mode: motion.feed.mode, unit_mm: self.feed_unit_mm(), rps: motion.spin.rps, length_mm }
+        FeedUnit {
+            mode: motion.feed.mode,
+            unit_mm: self.feed_unit_mm(),
+            rps: motion.spin.rps,
+            length_mm,
+            over_contour: motion.feed.over_contour,
+        }
     }
 
     /// Pieces with their F numbers; neighbours with one number are one piece.

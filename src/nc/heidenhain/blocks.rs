@@ -14,6 +14,7 @@ use crate::nc::expr::{self, Target};
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::messages::is_not_finite;
 use crate::nc::interp::state::After;
+use crate::nc::interp::state::ArcFeed;
 use crate::nc::interp::state::Corner;
 use crate::nc::interp::state::FeedWord;
 use crate::nc::interp::words::Words;
@@ -79,6 +80,7 @@ impl Interpreter<'_, Heidenhain> {
         // A T is a tolerance (M112, M124, cycle 32); tools come by TOOL CALL.
         words.remove(b'T');
         self.feed_per_turn(words);
+        self.feed_on_arcs(words);
         let first_number = tokens.iter().find(|t| t.kind == TokenKind::Expression).map(|t| t.number);
         self.named_feed(&names, place);
         self.unread_numbers(&names, &tokens, text);
@@ -193,6 +195,16 @@ impl Interpreter<'_, Heidenhain> {
             self.feed_mode(FeedMode::PerRev, words);
         } else if words.has_m(1370) {
             self.feed_mode(FeedMode::PerMinute, words);
+        }
+    }
+
+    /// M109 keeps F along the contour on arcs, M110 inside of them alone, M111 on the path of the tool centre again. All act from the beginning of
+    /// their block on.
+    fn feed_on_arcs(&mut self, words: &Words) {
+        for (code, arc_feed) in [(1090, ArcFeed::Contour), (1100, ArcFeed::Inside), (1110, ArcFeed::Centre)] {
+            if words.has_m(code) {
+                self.modal.arc_feed = arc_feed;
+            }
         }
     }
 

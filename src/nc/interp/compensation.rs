@@ -152,6 +152,10 @@ impl<F: Family> Interpreter<'_, F> {
         }
         let element = Element { from, to, arc };
         let about = arc.map(|(centre, angle)| Curve::Arc(Arc::new(self.modal.plane, from, to, centre, angle)));
+        self.block.contour_arc = match &about {
+            Some(Curve::Arc(arc)) => Some((arc.centre, arc.radius_mm)),
+            _ => None,
+        };
         self.block.contour_mm = Some(about.unwrap_or(Curve::Line { from, to }).length());
         self.block.splittable = false;
         self.place.programmed = target;

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use super::flow::{Flow, Source, cost_of_one_pass};
 use super::labels::Labels;
 use super::state::{
-    After, BlockState, Compensation, Contour, Corner, Corners, Cycles, Frame, Messages, Modal, Motion, Offsets, Place,
-    Rotary, Spindle, ToolLength,
+    After, ArcFeed, BlockState, Compensation, Contour, Corner, Corners, Cycles, Frame, Messages, Modal, Motion,
+    Offsets, Place, Rotary, Spindle, ToolLength,
 };
 use super::unroll::{Executed, Plain, Record};
 use super::words::Words;
@@ -156,8 +156,14 @@ impl<'a, F: Family> Interpreter<'a, F> {
     pub(crate) fn new(program: &'a Program, env: &'a Environment<'a>) -> Self {
         let start = env.start_mm.or(env.home_mm);
         let tool = start.unwrap_or_else(|| Vec3::new(0.0, 0.0, env.clear_z_mm));
-        let retract_to_r = program.dialect().properties().retract_to_r;
-        let modal = Modal { inch: env.inch, retract_to_r, tool: env.only_tool.unwrap_or(0), ..Modal::default() };
+        let properties = program.dialect().properties();
+        let modal = Modal {
+            inch: env.inch,
+            retract_to_r: properties.retract_to_r,
+            arc_feed: if properties.arcs_feed_along_contour { ArcFeed::Contour } else { ArcFeed::Centre },
+            tool: env.only_tool.unwrap_or(0),
+            ..Modal::default()
+        };
         Self {
             program,
             env,
@@ -188,6 +194,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 displaced: false,
                 own_feed: None,
                 contour_mm: None,
+                contour_arc: None,
                 assignments: Vec::new(),
             },
             modal,
@@ -280,7 +287,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
         }
         self.count();
         (self.block.misread, self.block.freeze, self.block.contour_mm) = (None, None, None);
-        self.block.own_feed = None;
+        (self.block.own_feed, self.block.contour_arc) = (None, None);
         self.block.displaced = false;
         if self.flow.branched && self.may_be_reached_from_elsewhere(block) {
             self.place.displaced = [true; 3];

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::interpreter::{Family, Interpreter};
-use super::state::{FeedWord, Modal, Motion};
+use super::state::{ArcFeed, FeedWord, Modal, Motion};
 use super::words::Words;
 use crate::diag::Severity;
 use crate::ids::BlockId;
@@ -15,6 +15,8 @@ const AXES: [u8; 3] = *b"XYZ";
 const ROTARY: [u8; 3] = *b"ABC";
 /// Rounding of sums of coordinates, mm.
 const SAME_MM: f64 = 1e-9;
+/// Two arcs about points no further apart have one centre, mm: it is worked out twice.
+const ONE_CENTRE_MM: f64 = 1e-6;
 
 impl<F: Family> Interpreter<'_, F> {
     /// The motion of a block: the one it states, or the modal one when it has axis words.
@@ -253,10 +255,14 @@ impl<F: Family> Interpreter<'_, F> {
     /// The motion the block makes along a curve.
     pub(crate) fn motion_of(&mut self, kind: MoveKind, curve: Curve) -> Move {
         let (feed, freeze) = match kind {
-            MoveKind::Rapid => (Feed { mode: self.modal.feed_mode, mm_s: 0.0, word: None }, self.block.freeze),
+            MoveKind::Rapid => {
+                (Feed { mode: self.modal.feed_mode, mm_s: 0.0, word: None, over_contour: 1.0 }, self.block.freeze)
+            }
             MoveKind::Feed => {
                 let length_mm = self.block.contour_mm.unwrap_or_else(|| curve.length());
-                (self.feed_of_block(length_mm), self.block.freeze.or_else(|| self.feed_freeze()))
+                let (feed, over_contour) = (self.feed_of_block(length_mm), self.over_contour(&curve));
+                let feed = Feed { mm_s: feed.mm_s * over_contour, over_contour, ..feed };
+                (feed, self.block.freeze.or_else(|| self.feed_freeze()))
             }
         };
         if self.out.moves.is_empty() {
@@ -274,6 +280,21 @@ impl<F: Family> Interpreter<'_, F> {
         motion.splittable = self.block.splittable && path_mode != PathMode::ExactStop;
         motion.placed = self.block.placed && self.place.elsewhere == [false; 3];
         motion
+    }
+
+    /// Speed of the tool centre on a curve over F, see [`ArcFeed`].
+    fn over_contour(&self, curve: &Curve) -> f64 {
+        let (Some((centre, radius_mm)), Curve::Arc(arc)) = (self.block.contour_arc, curve) else { return 1.0 };
+        let (a, b, _) = self.modal.plane.axes();
+        let off = (arc.centre[a] - centre[a]).hypot(arc.centre[b] - centre[b]);
+        if off > ONE_CENTRE_MM || radius_mm <= ONE_CENTRE_MM || self.modal.feed_mode == FeedMode::InverseTime {
+            return 1.0;
+        }
+        match self.modal.arc_feed {
+            ArcFeed::Centre => 1.0,
+            ArcFeed::Contour => arc.radius_mm / radius_mm,
+            ArcFeed::Inside => (arc.radius_mm / radius_mm).min(1.0),
+        }
     }
 
     /// Feed of a move of this length that the block makes.

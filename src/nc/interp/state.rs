@@ -72,6 +72,18 @@ pub struct FeedWord {
     pub computed: bool,
 }
 
+/// Where the feed of a compensated arc holds. With the contour's radius r and the tool centre's R that centre runs at F · R/r where it holds along the
+/// contour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArcFeed {
+    /// Along the path of the tool centre (CFTCP, M111).
+    Centre,
+    /// Along the contour (CFC, M109).
+    Contour,
+    /// Along the contour inside of it, where the centre gets slower, and along the path of the centre outside (CFIN, M110).
+    Inside,
+}
+
 /// Modal state.
 #[derive(Debug, Clone, Copy)]
 pub struct Modal {
@@ -93,6 +105,8 @@ pub struct Modal {
     pub feed_mode: FeedMode,
     /// F
     pub feed: FeedWord,
+    /// Where F holds on compensated arcs.
+    pub arc_feed: ArcFeed,
     /// Commanded spindle speed, rev/s.
     pub speed_rps: f64,
     /// +1 clockwise, −1 counter-clockwise, 0 stopped.
@@ -121,6 +135,7 @@ impl Default for Modal {
             inch: false,
             incremental: false,
             absolute_centres: false,
+            arc_feed: ArcFeed::Centre,
             feed_mode: FeedMode::PerMinute,
             feed: FeedWord { value: 0.0, word: None, computed: false },
             speed_rps: 0.0,
@@ -152,7 +167,7 @@ impl Modal {
             FeedMode::InverseTime => mm_s_from_mm_min(self.feed.value * length_mm),
             FeedMode::PerRev => self.feed.value * self.spin().rps,
         };
-        Feed { mode: self.feed_mode, mm_s, word: self.feed.word }
+        Feed { mode: self.feed_mode, mm_s, word: self.feed.word, over_contour: 1.0 }
     }
 }
 
@@ -361,6 +376,8 @@ pub struct BlockState {
     pub displaced: bool,
     /// Length of the contour that it programs, mm, where the tool runs beside it: its time is that of this length.
     pub contour_mm: Option<f64>,
+    /// Centre and radius of an arc of the contour, mm, where the tool runs beside it.
+    pub contour_arc: Option<(Vec3, f64)>,
     /// Its assignments, in force once it is read; `None` makes a variable vacant.
     pub assignments: Vec<(Target, Option<f64>)>,
 }

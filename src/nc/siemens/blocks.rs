@@ -11,6 +11,7 @@ use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::interpreter::Setting;
 use crate::nc::interp::state::After;
+use crate::nc::interp::state::ArcFeed;
 use crate::nc::interp::state::Corner;
 use crate::nc::interp::state::Length;
 use crate::nc::interp::state::Motion;
@@ -134,6 +135,9 @@ impl Interpreter<'_, Siemens> {
                             return After::Words;
                         }
                         "RET" => self.siemens_return(),
+                        "CFC" => self.modal.arc_feed = ArcFeed::Contour,
+                        "CFTCP" => self.modal.arc_feed = ArcFeed::Centre,
+                        "CFIN" => self.modal.arc_feed = ArcFeed::Inside,
                         _ if WITHOUT_EFFECT.contains(&name.as_str()) => {}
                         _ if self.call_siemens(&name, repeats(words), Vec::new()) => words.called.push(token.span),
                         _ => {
