@@ -136,7 +136,7 @@ fn tampered_certificates_are_refused() {
 fn a_feed_raised_everywhere_is_refused_with_its_line() {
     let mut written = Written::of(&by_hand()[0]);
     let text = String::from_utf8(written.bytes.clone()).unwrap();
-    let place = text.lines().position(|line| line.contains("force_xy") && line.contains(" F8")).unwrap();
+    let place = text.lines().position(|line| line.contains("FORCE_XY") && line.contains(" F8")).unwrap();
     let feed = text.lines().nth(place).unwrap().split(" F").nth(1).unwrap().split(' ').next().unwrap().to_owned();
     let raised = format!("{}", feed.parse::<f64>().unwrap() + 30.0);
     written.bytes = text.replace(&format!(" F{feed} ("), &format!(" F{raised} (")).into_bytes();

@@ -99,5 +99,5 @@ fn every_command_of_the_guide_runs() {
     }
     assert!(run >= 10, "{run} commands only");
     let feeds = std::fs::read_to_string(at("part.fw.nc")).unwrap();
-    assert!(feeds.contains("force_xy") || feeds.contains("power"), "no feed says what holds it:\n{feeds}");
+    assert!(feeds.contains("FORCE_XY") || feeds.contains("POWER"), "no feed says what holds it:\n{feeds}");
 }

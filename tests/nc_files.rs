@@ -47,7 +47,7 @@ fn read(dir: &Path, name: &str) -> String {
 
 /// The lowest F of a written subprogram before it restores the one it has been given.
 fn feed(text: &str) -> f64 {
-    let mut words = text.lines().filter(|line| !line.contains("kept")).filter_map(|line| {
+    let mut words = text.lines().filter(|line| !line.contains("KEPT")).filter_map(|line| {
         let code = line.split('(').next().unwrap();
         code.split_whitespace().find_map(|word| word.strip_prefix('F')?.parse::<f64>().ok())
     });

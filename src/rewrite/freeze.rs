@@ -72,10 +72,11 @@ fn hold_under_compensation(program: &Program, toolpath: &mut Toolpath) {
     let mut last = HashMap::new();
     let mut word = None;
     for (index, pair) in toolpath.moves.windows(2).enumerate() {
+        // The word in force may stand before compensation begins.
+        word = if pair[0].kind == MoveKind::Feed { pair[0].feed.word } else { word };
         if !pair.iter().all(|motion| motion.compensated) {
             continue;
         }
-        word = if pair[0].kind == MoveKind::Feed { pair[0].feed.word } else { word };
         let [from, to] = [pair[0].block, pair[1].block];
         if within(&steering, from, to) || pair[1].freeze.is_some() && within(&still, from, to) {
             last.extend(word.map(|word| (word, index)));
@@ -166,8 +167,8 @@ fn modes_by_block(program: &Program, toolpath: &Toolpath) -> Vec<Modes> {
 }
 
 /// Places of the F words, sorted, that are in force in a block in which another F word may be in force too, or in which the unit of length is
-/// another than where the word stands. The word of such a block itself is in force behind it whatever came before: an approach of plain language
-/// begins with the feed before it and ends with its own. A corner or a block with a feed of its own takes no part.
+/// another than where the word stands. An approach of plain language begins with the feed before it and ends with its own, which is in force behind it
+/// whatever came before and is not held. A corner or a block with a feed of its own takes no part.
 fn mixed_spans(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<u32> {
     let takes_part = |motion: &&Move| {
         let is_own = motion.freeze == Some(Freeze::OwnFeed) && motion.feed.word.is_none();
@@ -183,8 +184,10 @@ fn mixed_spans(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<u
         let known = first[motion.block.ix()].get_or_insert(word);
         mixed[motion.block.ix()] |= *known != word;
     }
-    let elsewhere = |motion: &&Move| motion.feed.word.is_some_and(|(block, _)| block != motion.block);
-    let in_mixed = feeds().filter(|motion| mixed[motion.block.ix()]).filter(elsewhere);
+    let ends_approach = |motion: &Move| {
+        motion.freeze == Some(Freeze::Approach) && motion.feed.word.is_some_and(|(block, _)| block == motion.block)
+    };
+    let in_mixed = feeds().filter(|motion| mixed[motion.block.ix()] && !ends_approach(motion));
     let mut words: Vec<u32> = in_mixed.filter_map(|motion| motion.feed.word.map(start)).collect();
     words.sort_unstable();
     words.dedup();

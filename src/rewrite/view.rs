@@ -65,6 +65,7 @@ impl View {
         let plain = program.dialect().syntax() == Syntax::Heidenhain;
         let siemens = program.dialect().syntax() == Syntax::Siemens;
         let mut named = false;
+        let mut odd = false;
         let mut first_name: &[u8] = b"";
         for token in program.tokens(block) {
             match token.kind {
@@ -91,6 +92,7 @@ impl View {
                         first_name = token.span.of(program.text());
                     }
                     named |= kind == TokenKind::Name;
+                    odd |= kind != TokenKind::Name;
                     let moves = plain && kind == TokenKind::Name && !(first && is_flow(token.span.of(program.text())));
                     view.plain &= moves || kind == TokenKind::Computed(b'F');
                     let setting =
@@ -105,6 +107,8 @@ impl View {
             view.code_end = token.span.end;
         }
         view.flow |= view.words.iter().any(calls);
+        // An approach of which something is not read may do anything with the feed.
+        view.flow |= odd && [&b"APPR"[..], b"DEP"].iter().any(|name| name.eq_ignore_ascii_case(first_name));
         view.drop_other_f(first_name);
         view.jumps |=
             view.words.iter().any(|word| word.letter == b'M' && [97.0, 99.0].contains(&word.number)) && view.has(b'P');
