@@ -787,7 +787,7 @@ fn levels_of_a_cycle_stay_when_its_holes_go_on_in_steps() {
     let steps = "G21 G91 G0 X0 Y0 Z10.\nG99 G81 X10. Y10. Z-14. R-8. F250.\nX10. K2\nG90 G80\nM30\n";
     assert_eq!(depths(&read(steps, Dialect::Fanuc)), [-12.0; 3]);
     let lcnc = read(&text.replace("K2", "L2"), Dialect::LinuxCnc);
-    assert_eq!(lcnc.moves.iter().filter(|m| m.kind == MoveKind::Feed).last().unwrap().curve().to().z, 0.0);
+    assert_eq!(lcnc.moves.iter().rfind(|m| m.kind == MoveKind::Feed).unwrap().curve().to().z, 0.0);
 }
 
 #[test]

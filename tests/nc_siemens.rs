@@ -293,8 +293,7 @@ fn the_feed_of_a_compensated_arc_holds_along_the_contour() {
         let path = nc::interpret(&program, &environment);
         let round = |motion: &nc::Move| (60.0 * motion.feed.mm_s * 10.0).round() / 10.0;
         let arcs = path.moves.iter().filter(|motion| matches!(motion.curve(), Curve::Arc(_)));
-        let lines =
-            path.moves.iter().filter(|m| matches!(m.curve(), Curve::Line { .. }) && m.kind == nc::MoveKind::Feed);
+        let lines = path.moves.iter().filter(|m| matches!(m.curve(), Curve::Line { .. }) && m.kind == MoveKind::Feed);
         assert!(lines.into_iter().all(|motion| round(motion) == 600.0), "{:?}", path.moves);
         arcs.map(round).collect::<Vec<_>>()
     };

@@ -247,7 +247,7 @@ fn block_delete_is_safe_in_both_positions() {
     let program = parse(text.as_bytes(), Dialect::Generic);
     let output = parse(out.as_bytes(), Dialect::Generic);
     for block_delete in [false, true] {
-        let environment = feedwright::nc::Environment { block_delete, ..surroundings() };
+        let environment = Environment { block_delete, ..surroundings() };
         let (before, after) = (interpret(&program, &environment), interpret(&output, &environment));
         for (a, b) in before.moves.iter().zip(&after.moves).filter(|(a, _)| a.line == 4) {
             assert!((a.feed.mm_s - b.feed.mm_s).abs() < 1e-9, "the block under the switch keeps its feed\n{out}");

@@ -197,7 +197,7 @@ fn mixed_spans(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<u
 /// For each number of [`Move::shared`]: does one F word give different feeds in its moves? It does in inverse time with different lengths, and
 /// per revolution at different spindle speeds; and where it holds along the contour of one arc and not of another.
 fn uneven_groups(toolpath: &Toolpath) -> Vec<bool> {
-    let mut groups: Vec<Option<((f64, f64, f64), bool)>> = Vec::new();
+    let mut groups: Vec<Option<([f64; 3], bool)>> = Vec::new();
     for motion in &toolpath.moves {
         let Some(number) = motion.shared else { continue };
         if groups.len() <= number as usize {
@@ -205,8 +205,8 @@ fn uneven_groups(toolpath: &Toolpath) -> Vec<bool> {
         }
         let length = motion.curve().length();
         let over = motion.feed.over_contour;
-        let ((rps, first, first_over), uneven) =
-            groups[number as usize].get_or_insert(((motion.spin.rps, length, over), false));
+        let ([rps, first, first_over], uneven) =
+            groups[number as usize].get_or_insert(([motion.spin.rps, length, over], false));
         *uneven |= *first_over != over;
         *uneven |= match motion.feed.mode {
             FeedMode::PerMinute => false,

@@ -143,7 +143,7 @@ pub struct Path {
 /// State of the control in which a tool cuts.
 pub fn state(tool: u32) -> State {
     State {
-        feed: Feed { mode: FeedMode::PerMinute, mm_s: 10.0, word: None },
+        feed: Feed { mode: FeedMode::PerMinute, mm_s: 10.0, word: None, over_contour: 1.0 },
         spin: Spin { rps: 100.0, reverse: false },
         tool,
         wcs: 54,
