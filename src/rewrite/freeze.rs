@@ -207,7 +207,7 @@ fn uneven_groups(toolpath: &Toolpath) -> Vec<bool> {
         let over = motion.feed.over_contour;
         let ([rps, first, first_over], uneven) =
             groups[number as usize].get_or_insert(([motion.spin.rps, length, over], false));
-        *uneven |= *first_over != over;
+        *uneven |= (*first_over - over).abs() > 1e-9 * over;
         *uneven |= match motion.feed.mode {
             FeedMode::PerMinute => false,
             FeedMode::InverseTime => (*first - length).abs() > 1e-9 * length,
