@@ -330,6 +330,29 @@ fn loops_with_computed_coordinates_get_feeds_too() {
 }
 
 #[test]
+fn arcs_by_a_named_radius_and_corners_in_a_loop_get_feeds_too() {
+    let programs = [
+        (
+            Dialect::Siemens,
+            "G71 G90 G17\nR1=0\nWHILE R1<3\nG1 X0 Y0 F600\nG2 X10 Y10 CR=10\nG2 X30 Y10 I10 J0 TURN=1\nR1=R1+1\nENDWHILE\nM30\n",
+            ["CR=10 F", "TURN=1 F"],
+        ),
+        (
+            Dialect::Fanuc,
+            "G21 G90 G17\n#1=0\nWHILE [#1 LT 3] DO1\nG1 X0 Y0 F600.\nX10. ,R2.\nY10. #1=#1+1\nEND1\nM30\n",
+            [",R2. F", "#1=#1+1 F"],
+        ),
+    ];
+    for (dialect, text, places) in programs {
+        let out = rewritten(text, dialect, &quiet(), |toolpath| {
+            let line = |index: usize| toolpath.moves[index].line;
+            schedule(toolpath, |_| Vec::new(), |index, _| [0.5, 0.6, 0.7][line(index) as usize % 3])
+        });
+        assert!(places.iter().all(|place| out.contains(place)), "{out}");
+    }
+}
+
+#[test]
 fn lines_of_grbl_stay_within_80_bytes_without_being_told() {
     let mut job = quiet();
     job.output.annotate = Annotate::Full;

@@ -44,7 +44,7 @@ pub struct View {
     pub computed_feed: bool,
     /// Everything in it is a plain word, a blank or a comment, or sets the feed.
     pub plain: bool,
-    /// The same, but words may have expressions for numbers.
+    /// The same, but words may have expressions for numbers, and it may set a value (`CR=5`, `#1=[#1 + 1]`) or name a corner (`,R2`).
     pub worded: bool,
     /// Nothing but comments and blanks.
     pub empty: bool,
@@ -97,7 +97,9 @@ impl View {
                     view.plain &= moves || kind == TokenKind::Computed(b'F');
                     let setting =
                         siemens && kind == TokenKind::Name && crate::nc::is_setting(token.span.of(program.text()));
-                    view.worded &= moves || setting || matches!(kind, TokenKind::Computed(_));
+                    view.worded &= moves
+                        || setting
+                        || matches!(kind, TokenKind::Computed(_) | TokenKind::Assignment | TokenKind::Corner(_));
                     view.flow |= steers(kind) && !moves && !setting || kind == TokenKind::Percent && !view.empty;
                     view.jumps |= matches!(kind, TokenKind::Name | TokenKind::Label) && !moves && !setting;
                     view.computed_feed |= kind == TokenKind::Computed(b'F');
