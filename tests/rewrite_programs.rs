@@ -447,3 +447,38 @@ fn a_compensated_arc_is_written_with_the_feed_along_its_contour() {
     let out = String::from_utf8(out.bytes).unwrap();
     assert!(out.contains("DR- F300"), "{out}");
 }
+
+/// A rounded corner under compensation shares the F of its line: it is the one that neither the line nor its arc is too fast with.
+#[test]
+fn a_rounded_corner_under_compensation_shares_one_f_with_its_line() {
+    let text = "G71 G90 G17\nT1 D1\nS3000 M3\nG0 X-40 Y0\nG41 G1 X0 F600\nX30 RND=10\nY-40\nG40 X60\nM30\n";
+    let environment = Environment {
+        compensation: Some(feedwright::machine::Compensation::Control),
+        diameters_mm: vec![(1, 10.0)],
+        ..surroundings()
+    };
+    let program = parse(text.as_bytes(), Dialect::Siemens);
+    let path = toolpath(&program, &environment, &quiet());
+    let corner: Vec<_> = path.moves.iter().filter(|motion| motion.block.0 == 5).collect();
+    assert_eq!(corner.len(), 2, "a line and its arc: {corner:?}");
+    assert!((corner[1].feed.over_contour - 1.5).abs() < 1e-9 && (60.0 * corner[1].feed.mm_s - 900.0).abs() < 1e-6);
+    for (line, arc, expected) in [(0.9, 0.5, "RND=10 F300"), (0.5, 0.9, "RND=10 F300"), (0.9, 0.7, "RND=10 F420")] {
+        let first = path.moves.iter().position(|motion| motion.block.0 == 5).unwrap();
+        let asked = schedule(
+            &path,
+            |_| Vec::new(),
+            |index, _| {
+                if index == first {
+                    line
+                } else if index == first + 1 {
+                    arc
+                } else {
+                    1.0
+                }
+            },
+        );
+        let out = check(&program, &environment, &asked, &quiet()).unwrap_or_else(|why| panic!("{why}"));
+        let out = String::from_utf8(out.bytes).unwrap();
+        assert!(out.contains(expected), "{line} {arc}: {out}");
+    }
+}

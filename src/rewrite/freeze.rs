@@ -195,19 +195,16 @@ fn mixed_spans(program: &Program, toolpath: &Toolpath, modes: &[Modes]) -> Vec<u
 }
 
 /// For each number of [`Move::shared`]: does one F word give different feeds in its moves? It does in inverse time with different lengths, and
-/// per revolution at different spindle speeds; and where it holds along the contour of one arc and not of another.
+/// per revolution at different spindle speeds.
 fn uneven_groups(toolpath: &Toolpath) -> Vec<bool> {
-    let mut groups: Vec<Option<([f64; 3], bool)>> = Vec::new();
+    let mut groups: Vec<Option<([f64; 2], bool)>> = Vec::new();
     for motion in &toolpath.moves {
         let Some(number) = motion.shared else { continue };
         if groups.len() <= number as usize {
             groups.resize(number as usize + 1, None);
         }
         let length = motion.curve().length();
-        let over = motion.feed.over_contour;
-        let ([rps, first, first_over], uneven) =
-            groups[number as usize].get_or_insert(([motion.spin.rps, length, over], false));
-        *uneven |= (*first_over - over).abs() > 1e-9 * over;
+        let ([rps, first], uneven) = groups[number as usize].get_or_insert(([motion.spin.rps, length], false));
         *uneven |= match motion.feed.mode {
             FeedMode::PerMinute => false,
             FeedMode::InverseTime => (*first - length).abs() > 1e-9 * length,

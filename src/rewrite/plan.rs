@@ -17,7 +17,8 @@ pub enum Want {
     Nothing,
     /// Its bytes and the feed it was written for; why.
     Keep(&'static str),
-    /// These feeds, in order along its move; one for the whole block ends at infinity.
+    /// These feeds, in order along its move; one for the whole block ends at infinity. Of a block of several moves: feeds of the first, whose F gives
+    /// every other what it may have ([`crate::nc::Feed::over_contour`]).
     Feeds(Vec<FeedPiece>),
 }
 
@@ -55,26 +56,36 @@ pub fn plan(program: &Program, toolpath: &Toolpath, schedule: &Schedule, job: &J
             plan.want = Want::Keep(why.why());
         } else if length_mm > 0.0 || first < next {
             let common = motion.shared.and_then(|number| shared.get(number as usize).copied().flatten());
+            let in_first = toolpath.moves[plan.first.unwrap_or(id).ix()].feed.over_contour;
             let pieces = &schedule.pieces[first..next];
-            add(plan, motion, if tile(pieces, length_mm) { pieces } else { &[] }, common);
+            let of_first: Vec<FeedPiece> =
+                pieces.iter().map(|piece| times(piece, in_first / motion.feed.over_contour)).collect();
+            let common = common.map(|piece| times(&piece, in_first));
+            add(plan, motion, if tile(pieces, length_mm) { &of_first } else { &[] }, common);
         }
     }
     exclude(&mut plans[..program.own_len()], job);
     plans
 }
 
-/// The lowest feed of the moves of each shared number.
+/// The lowest F of the moves of each shared number, as a feed along the contour.
 fn shared_feeds(toolpath: &Toolpath, pieces: &[FeedPiece]) -> Vec<Option<FeedPiece>> {
     let mut least: Vec<Option<FeedPiece>> = Vec::new();
     for piece in pieces {
-        let Some(number) = toolpath.moves[piece.move_id.ix()].shared else { continue };
-        let index = number as usize;
+        let motion = &toolpath.moves[piece.move_id.ix()];
+        let Some(number) = motion.shared else { continue };
+        let (index, piece) = (number as usize, times(piece, 1.0 / motion.feed.over_contour));
         if least.len() <= index {
             least.resize(index + 1, None);
         }
-        least[index] = lowest(&[least[index].unwrap_or(*piece), *piece]);
+        least[index] = lowest(&[least[index].unwrap_or(piece), piece]);
     }
     least
+}
+
+/// The same piece where the tool centre is so many times as fast at the same F.
+fn times(piece: &FeedPiece, ratio: f64) -> FeedPiece {
+    FeedPiece { feed_mm_s: piece.feed_mm_s * ratio, ..*piece }
 }
 
 /// The piece with the lowest feed, for the whole block.

@@ -94,7 +94,7 @@ pub fn feed_segments(problem: &Problem, node_s: &[f64], toolpath: &Toolpath, job
         }
         out.append(&mut pieces);
     }
-    share_caps(&mut out, &groups);
+    share_caps(&mut out, &groups, toolpath);
     out
 }
 
@@ -130,19 +130,22 @@ pub fn groups(toolpath: &Toolpath) -> Vec<Option<u32>> {
     toolpath.moves.iter().map(group).collect()
 }
 
-/// One cap for all moves of a group: the least; and none is free unless all are.
-fn share_caps(segments: &mut [FeedSegment], groups: &[Option<u32>]) {
+/// One F for all moves of a group: the least that a cap allows; and none is free unless all are.
+fn share_caps(segments: &mut [FeedSegment], groups: &[Option<u32>], toolpath: &Toolpath) {
     let size = groups.iter().flatten().max().map_or(0, |largest| *largest as usize + 1);
+    let over_contour = |segment: &FeedSegment| toolpath.moves[segment.move_id.ix()].feed.over_contour;
+    let times = |cap: Bound, ratio: f64| Bound { feed_mm_s: cap.feed_mm_s * ratio, ..cap };
     let mut least: Vec<Option<(Bound, bool)>> = vec![None; size];
     for segment in segments.iter() {
         let Some(group) = groups[segment.move_id.ix()] else { continue };
-        let (cap, free) = least[group as usize].unwrap_or((segment.cap, true));
-        let lower = if segment.cap.feed_mm_s < cap.feed_mm_s { segment.cap } else { cap };
+        let own = times(segment.cap, 1.0 / over_contour(segment));
+        let (cap, free) = least[group as usize].unwrap_or((own, true));
+        let lower = if own.feed_mm_s < cap.feed_mm_s { own } else { cap };
         least[group as usize] = Some((lower, free && segment.free));
     }
     for segment in segments.iter_mut() {
         if let Some((cap, free)) = groups[segment.move_id.ix()].and_then(|group| least[group as usize]) {
-            (segment.cap, segment.free) = (cap, free);
+            (segment.cap, segment.free) = (times(cap, over_contour(segment)), free);
         }
     }
 }

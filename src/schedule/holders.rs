@@ -6,7 +6,7 @@
 //! one feed with it (where there are such), and of the pieces before and behind it that run at the same feed.
 
 use super::feed_segments::groups;
-use super::problem::{FeedPiece, Holder, Node, Problem};
+use super::problem::{FeedPiece, Holder, Problem};
 use crate::nc::Toolpath;
 
 /// The holder of each node.
@@ -14,31 +14,34 @@ pub fn holders(problem: &Problem, toolpath: &Toolpath, pieces: &[FeedPiece]) -> 
     let groups = groups(toolpath);
     let piece_of = pieces_of_nodes(problem, pieces);
     let run_of = runs(pieces);
+    let order = |index: usize| {
+        let node = &problem.nodes[index];
+        let cap = if node.free { node.cap.feed_mm_s } else { node.programmed_mm_s };
+        (cap / toolpath.moves[node.move_id.ix()].feed.over_contour, !node.cutting)
+    };
     let mut of_run = vec![None; run_of.last().map_or(0, |last| last + 1)];
     let mut of_group = vec![None; groups.iter().flatten().max().map_or(0, |last| *last as usize + 1)];
     let group = |index: usize| groups[problem.nodes[index].move_id.ix()].map(|group| group as usize);
     for (index, piece) in piece_of.iter().enumerate() {
         let Some(piece) = *piece else { continue };
-        lower(&problem.nodes, &mut of_run[run_of[piece]], index);
+        lower(&order, &mut of_run[run_of[piece]], index);
         if let Some(group) = group(index) {
-            lower(&problem.nodes, &mut of_group[group], index);
+            lower(&order, &mut of_group[group], index);
         }
     }
     let holder = |(index, piece): (usize, &Option<usize>)| {
         let Some(piece) = *piece else { return Holder { feed_mm_s: f64::INFINITY, node: index as u32 } };
         let mut least = of_run[run_of[piece]];
         if let Some(of_group) = group(index).and_then(|group| of_group[group]) {
-            lower(&problem.nodes, &mut least, of_group);
+            lower(&order, &mut least, of_group);
         }
         Holder { feed_mm_s: pieces[piece].feed_mm_s, node: least.unwrap_or(index) as u32 }
     };
     piece_of.iter().enumerate().map(holder).collect()
 }
 
-/// The lower cap of two nodes, of equal ones that of a cut; the cap of a node whose feed may not change is its programmed feed.
-fn lower(nodes: &[Node], least: &mut Option<usize>, index: usize) {
-    let cap = |node: &Node| if node.free { node.cap.feed_mm_s } else { node.programmed_mm_s };
-    let order = |index: usize| (cap(&nodes[index]), !nodes[index].cutting);
+/// Of two nodes that under which F must be lower, of equal ones the cut; the cap of a node whose feed may not change is its programmed feed.
+fn lower(order: &dyn Fn(usize) -> (f64, bool), least: &mut Option<usize>, index: usize) {
     if least.is_none_or(|known| order(index) < order(known)) {
         *least = Some(index);
     }

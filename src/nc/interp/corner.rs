@@ -50,8 +50,11 @@ impl<F: Family> Interpreter<'_, F> {
             let mut named = before.clone();
             named.set_curve(motion.curve());
             named.splittable = false;
+            let over_contour = motion.feed.over_contour;
+            named.feed =
+                Feed { mm_s: named.feed.mm_s * over_contour / before.feed.over_contour, over_contour, ..named.feed };
             if let Some(mm_s) = feed.filter(|_| index >= cut) {
-                named.feed = Feed { mm_s, word: None, ..named.feed };
+                named.feed = Feed { mm_s: mm_s * over_contour, word: None, ..named.feed };
                 named.freeze = named.freeze.or(Some(Freeze::OwnFeed));
             }
             *motion = named;
