@@ -165,6 +165,7 @@ fn what_is_not_certified_is_named() {
             "a tool with runout",
         ),
         (case.setup.clone(), "/G1 X0 F100\n", "block-delete"),
+        (case.setup.replace("\"generic\"", "\"haas\""), "G13 I10. D1 F500.\n", "what this cuts is not simulated"),
     ];
     for (setup, line, named) in cases {
         let dir = tempfile::tempdir().unwrap();

@@ -297,13 +297,23 @@ fn another_length_of_the_same_tool_is_a_doubt() {
     {
         assert!(fanuc(other), "{other}");
     }
+    for other in [
+        "G10 L10 P1 R98.\nG43 H1",
+        "G49\nG91 G10 L11 P1 R-2.\nG90 G43 H1",
+        "#2001=98.\nG43 H1",
+        "T2 M6\nS8000 M3\nG10 L10 P1 R98.\nG43 H2\nT1 M6\nS8000 M3\nG43 H1",
+    ] {
+        assert!(fanuc(other), "{other}");
+    }
     for same in [
         "G43 H1",
         "H1",
         "G43",
         "G49\nG43 H1",
         "G10 L10 P2 R-1.",
+        "G10 L10 P2 R-1.\nG43 H1",
         "T2 M6\nS8000 M3\nG43 H2",
+        "T2 M6\nS8000 M3\nG10 L10 P2 R98.\nG43 H2",
         "G49\nM30",
         "G43 H2\nG43 H1",
     ] {
@@ -324,7 +334,35 @@ fn another_length_of_the_same_tool_is_a_doubt() {
     for other in ["D2", "D0", "TOFFL=3", "DL=2"] {
         assert!(doubted(Dialect::Siemens, "D1\n", other), "{other}");
     }
+    assert!(doubted(Dialect::Siemens, "", "D2"), "the first edge came in with the tool");
     assert!(doubted(Dialect::Siemens, "", "D0") && !doubted(Dialect::Siemens, "", "D1"));
+}
+
+/// A G0 without coordinates in the first line goes nowhere: the offset chosen before the first motion is the only one.
+#[test]
+fn a_bare_motion_code_uses_no_work_offset() {
+    let doubted = |head: &str| {
+        let text = format!("{head}\nT1 M6\nS8000 M3\nG55\nG43 H1\nG0 X0. Y0. Z5.\nG1 Z-2. F300.\nX20.\nM30\n");
+        read(&text, Dialect::Fanuc, &bare()).doubts.iter().any(|of| of.doubt == Doubt::WorkOffset)
+    };
+    assert!(!doubted("G21 G0 G17 G40 G80 G90") && !doubted("G21 G90"));
+    assert!(doubted("G21 G90 G0 X0."), "with a coordinate G54 is in use");
+}
+
+/// G58 and G59 of a Siemens shift the frame by axis; alone, or with a motion, they are taken for what an 808D has: work offsets.
+#[test]
+fn a_shift_by_g58_of_a_siemens_is_not_followed() {
+    let path = |line: &str| {
+        let text =
+            format!("G71 G90\nT1 M6\nS8000 M3\nG0 X0 Y0 Z5\nG1 Z-2 F300\nX20\n{line}\nX0 F500\nTRANS\nX20\nM30\n");
+        read(&text, Dialect::Siemens, &bare())
+    };
+    for shift in ["G58 Z-2", "G59 X5 Y5"] {
+        let path = path(shift);
+        assert_eq!(path.doubts.iter().map(|of| of.doubt).collect::<Vec<_>>(), [Doubt::TiltedFrame], "{shift}");
+        assert_eq!(path.moves.len(), 5, "the words are no motion: {:?}", path.moves);
+    }
+    assert_eq!(path("G58").doubts.iter().map(|of| of.doubt).collect::<Vec<_>>(), [Doubt::WorkOffset]);
 }
 
 /// What a Siemens program sets without having defined it.

@@ -98,6 +98,9 @@ impl Shown {
     fn worst(&self) -> f64 {
         number(&self.json["verdict"]["worst"]["ratio"])
     }
+    fn headline(&self) -> &str {
+        self.json["verdict"]["headline"].as_str().unwrap()
+    }
     fn is_written(&self) -> bool {
         self.dir.path().join("part.fw.nc").exists()
     }
@@ -432,4 +435,22 @@ fn verify_proves_nothing_of_programs_without_a_motion() {
     let (code, text, json) = verified(pair(empty, empty).path(), &[]);
     assert!(code == 1 && text.contains("nothing is proven"), "{text}");
     assert_eq!((json["motions"].as_u64(), json["lines_executed"].as_u64()), (Some(0), Some(3)), "{json}");
+}
+
+/// What a cycle cuts that is not simulated is not counted, and the headline says so.
+#[test]
+fn a_cycle_that_is_not_simulated_is_not_counted() {
+    let setup = SETUP.replace("linuxcnc", "haas").replace("force_xy = 80", "force_xy = 800");
+    let counted = optimized(PROGRAM, &setup);
+    assert!(counted.headline().ends_with("all cuts counted"), "{}", counted.headline());
+    for unseen in ["G13 I10. D1 F500.", "G65 P8000"] {
+        let found = optimized(&PROGRAM.replace("G0 Z20", &format!("G0 Z5\n{unseen}\nG0 Z20")), &setup);
+        assert_eq!(found.code, 0, "{}", found.said);
+        let headline = found.headline();
+        assert!(
+            headline.contains("what is simulated") && headline.ends_with("not counted: what line 13 may cut"),
+            "{headline}"
+        );
+        found.agree();
+    }
 }

@@ -795,3 +795,23 @@ fn s_behind_g4_is_turns_to_dwell_and_no_speed() {
     let path = read("G71 G90\nS3000 M3\nG1 X10 F500\nG4 S30\nX20\nM30\n", Dialect::Siemens);
     assert!(path.moves.iter().all(|motion| motion.spin.rps == 50.0), "{:?}", path.moves);
 }
+
+/// Rigid tapping starts the spindle itself, right- or left-handed, and leaves it standing; LinuxCNC wants it to turn before.
+#[test]
+fn rigid_tapping_starts_the_spindle() {
+    let turns = |dialect: Dialect, cycle: &str| -> Vec<(f64, bool)> {
+        let text = format!("T1 M6\nS600\nG0 X0. Y0. Z5.\n{cycle}\nG0 Z50.\nG1 X10. F100.\nM30\n");
+        let path = read(&text, dialect);
+        let feeds = path.moves.iter().filter(|m| m.kind == MoveKind::Feed);
+        feeds.map(|m| (m.spin.rps, m.spin.reverse)).collect()
+    };
+    let right = [(10.0, false), (10.0, true), (0.0, false)];
+    let left = [(10.0, true), (10.0, false), (0.0, false)];
+    for dialect in [Dialect::Fanuc, Dialect::Haas] {
+        assert_eq!(turns(dialect, "G98 G84 Z-15. R2. F600.\nG80"), right);
+        assert_eq!(turns(dialect, "G98 G74 Z-15. R2. F600.\nG80"), left);
+    }
+    assert_eq!(turns(Dialect::Fanuc, "M29 S600\nG98 G84 Z-15. R2. F600.\nG80"), right);
+    assert_eq!(turns(Dialect::Siemens, "CYCLE84(50,0,2,-15,,,3,,1,0,600,600)"), right);
+    assert_eq!(turns(Dialect::LinuxCnc, "G98 G84 Z-15. R2. F600.\nG80"), [(0.0, false); 3]);
+}

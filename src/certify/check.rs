@@ -100,6 +100,9 @@ pub fn not_certified(basis: &Basis) -> Result<(), Refusal> {
         let why = format!("not certified: {} is not known from here on", doubted.doubt.name());
         return refused(Some(doubted.line), why);
     }
+    if let Some(line) = toolpath.unseen_cuts.first() {
+        return refused(Some(*line), "not certified: what this cuts is not simulated".to_owned());
+    }
     let unknown = feed_moves(toolpath).find_map(|(_, motion)| Some((motion.line, unknown_motion(motion)?)));
     unknown.map_or(Ok(()), |(line, why)| refused(Some(line), format!("not certified: {why}")))
 }

@@ -37,4 +37,5 @@ pub use program::{BYTE_ORDER_MARK, File, MAX_TEXT, Part, Program, parse};
 pub use refusal::refusal;
 pub use siemens::is_setting;
 pub use token::{Token, TokenKind};
+pub use toolpath::{ADDITIONAL_OFFSETS, BEFORE_ADDITIONAL_OFFSETS};
 pub use toolpath::{Event, FeedMode, FeedUse, Freeze, Move, MoveKind, PathMode, Spin, Toolpath};

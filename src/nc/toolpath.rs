@@ -149,6 +149,12 @@ pub struct Spin {
     pub reverse: bool,
 }
 
+/// Additional work offset n (G54.1 P, G54 P, G154 P) has the number n above this in [`State::wcs`]; those from G54 to G59 have their code,
+/// G59.1 to G59.3 have 60 to 62, G505 to G599 of a Siemens their code.
+pub const BEFORE_ADDITIONAL_OFFSETS: u16 = 100;
+/// Additional work offsets there are at most (Fanuc B-64304EN: 48 or 300).
+pub const ADDITIONAL_OFFSETS: u16 = 300;
+
 /// What a move has in common with most of its neighbours, kept once for all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
@@ -301,6 +307,8 @@ pub struct Toolpath {
     pub doubts: Vec<Doubted>,
     /// Where something that is not simulated may use the feed in force, in order of execution.
     pub feed_uses: Vec<FeedUse>,
+    /// Lines of cycles that cut and are not simulated, in order of execution.
+    pub unseen_cuts: Vec<u32>,
     /// The files that were called, in the order of their first call; those linked to the program come first.
     pub files: Vec<File>,
     /// True when the program's own lengths are in inches (the unit in force at its first motion).

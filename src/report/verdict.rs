@@ -10,6 +10,7 @@ use super::number::length;
 use super::words::plain;
 use crate::diag::Severity;
 use crate::engage::EventKind;
+use crate::nc::{Doubted, Toolpath};
 use crate::outcome::over_limits::{Beyond, FixedFeed, LIMIT_TOLERANCE, Over, Worst};
 use crate::outcome::{ProgramRun, Written};
 
@@ -177,7 +178,8 @@ impl Verdict {
         faults.sort_by_key(|fault| fault.kind);
         let outcome = if faults.is_empty() { Outcome::Done } else { Outcome::Unmet };
         let rewritten = run.written.is_some();
-        let headline = faults.first().map_or_else(|| good(&over, rewritten), |fault| headline(fault, faults.len()));
+        let headline =
+            faults.first().map_or_else(|| good(&over, &unseen(run), rewritten), |fault| headline(fault, faults.len()));
         Self { outcome, headline, faults, over, rewritten }
     }
 
@@ -210,20 +212,38 @@ fn headline(first: &Fault, count: usize) -> String {
 }
 
 /// The headline of a run without a fault.
-fn good(over: &Over, rewritten: bool) -> String {
+fn good(over: &Over, unseen: &[u32], rewritten: bool) -> String {
     let Some(worst) = over.largest() else {
         return "no load limit is in force: no load was judged".into();
     };
     let (ratio, at) = (worst.ratio(), place(worst));
+    let largest = format!("largest load {ratio:.3} of its limit ({at})");
+    let but = if unseen.is_empty() { String::new() } else { format!("; not counted: what {} may cut", named(unseen)) };
     match over.beyond.len() {
-        0 if rewritten => format!("every limit is met: largest load {ratio:.3} of its limit ({at}), all cuts counted"),
-        0 => format!("as programmed every limit is met: largest load {ratio:.3} of its limit ({at})"),
+        0 if rewritten && unseen.is_empty() => format!("every limit is met: {largest}, all cuts counted"),
+        0 if rewritten => format!("every limit is met by what is simulated: {largest}{but}"),
+        0 => format!("as programmed every limit is met: {largest}{but}"),
         _ => {
             let lines: usize = over.beyond.iter().map(|beyond| beyond.lines.len()).sum();
             let s = if lines == 1 { "" } else { "s" };
-            format!("as programmed {lines} line{s} beyond a limit: largest load {ratio:.3} of its limit ({at})")
+            format!("as programmed {lines} line{s} beyond a limit: {largest}{but}")
         }
     }
+}
+
+/// Lines, each once, that cut or may cut what is not simulated: cycles that are not read, programs that are missing, codes that are not known.
+pub fn unseen(run: &ProgramRun) -> Vec<u32> {
+    let open =
+        |doubted: &&Doubted| doubted.doubt.may_use_the_feed() && !run.job.confirmed.contains(&doubted.doubt.name());
+    let of = |toolpath: &Toolpath| {
+        let doubted = toolpath.doubts.iter().filter(open).map(|doubted| doubted.line);
+        toolpath.unseen_cuts.iter().copied().chain(doubted).collect::<Vec<u32>>()
+    };
+    let mut lines = of(&run.toolpath);
+    lines.extend(run.switched.iter().flat_map(|switched| of(&switched.toolpath)));
+    lines.sort_unstable();
+    lines.dedup();
+    lines
 }
 
 /// The limit, the tool and the line of a load, and why its feed is not free.

@@ -6,7 +6,7 @@ use super::forms::Curve;
 use super::quantity::Quantity;
 use super::read::{Reader, Sense};
 use crate::machine::{Axis, Compensation, MAX_CALL_DEPTH, MAX_REPEATED_BYTES, Machine, Spindle, Table, Unsaid};
-use crate::nc::Dialect;
+use crate::nc::{ADDITIONAL_OFFSETS, BEFORE_ADDITIONAL_OFFSETS, Dialect};
 use crate::path::Vec3;
 use crate::units::{Dimension, mm_min_from_mm_s};
 use std::collections::BTreeMap;
@@ -198,19 +198,50 @@ fn origins(reader: &mut Reader, written: &BTreeMap<String, [Quantity; 3]>) -> Ve
         let key = format!("offsets.{name}");
         match offset_number(name) {
             Some(number) => origins.push((number, reader.point(&key, point))),
-            None => reader.complain(&key, "is no work offset", "write G54 to G59, G59.1 to G59.3"),
+            None => reader.complain(&key, "is no work offset", OFFSET_NAMES),
         }
     }
     origins
 }
 
-/// "G55" → 55; G59.1 to G59.3 → 60 to 62.
+/// Names of work offsets, for messages.
+pub const OFFSET_NAMES: &str = "write G54 to G59, G59.1 to G59.3, \"G54.1 P1\", \"G154 P1\", on a Siemens G505 to G599";
+
+/// Number of a work offset as the toolpath has it: "G55" → 55; G59.1 to G59.3 → 60 to 62; "G54.1 P2", "G54 P2", "G154 P2" → 102; G505 → 505.
 pub fn offset_number(name: &str) -> Option<u16> {
-    let digits = name.strip_prefix(['G', 'g'])?;
-    match digits {
+    let name: String = name.chars().filter(|letter| !letter.is_whitespace()).collect::<String>().to_ascii_uppercase();
+    let code = name.strip_prefix('G')?;
+    if let Some((code, number)) = code.split_once('P') {
+        let number = number.parse().ok().filter(|number| (1..=ADDITIONAL_OFFSETS).contains(number))?;
+        return ["54", "54.1", "154"].contains(&code).then_some(BEFORE_ADDITIONAL_OFFSETS + number);
+    }
+    match code {
         "59.1" => Some(60),
         "59.2" => Some(61),
         "59.3" => Some(62),
-        plain => plain.parse().ok().filter(|number| (54..=59).contains(number)),
+        plain => plain.parse().ok().filter(|number| (54..=59).contains(number) || (505..=599).contains(number)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::offset_number;
+
+    #[test]
+    fn work_offsets_by_their_names() {
+        for (name, number) in [
+            ("G54", 54),
+            ("g59.3", 62),
+            ("G54.1 P1", 101),
+            ("G54 P48", 148),
+            ("G154P99", 199),
+            ("G505", 505),
+            ("G599", 599),
+        ] {
+            assert_eq!(offset_number(name), Some(number), "{name}");
+        }
+        for name in ["G53", "G60", "G54.1", "G54.1 P0", "G154 P301", "G504", "G600", "54", "G55 P1"] {
+            assert_eq!(offset_number(name), None, "{name}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! `[[stock]]` and `[[fixture]]`. In: these tables of the setup. Out: stock and keep-out boxes as types of [`crate::machine`].
 
 use super::file::{BoxTable, CylinderTable, SetupFile, StockTable};
-use super::machine::offset_number;
+use super::machine::{OFFSET_NAMES, offset_number};
 use super::material::{material, named_material};
 use super::read::{Reader, Sense};
 use crate::machine::{Box3, Material, Stock, StockShape, Tool};
@@ -71,11 +71,7 @@ fn of_stock(reader: &mut Reader, key: &str, table: &StockTable, tools: &[Tool]) 
 fn offset(reader: &mut Reader, key: &str, name: &str) -> Option<u16> {
     let number = offset_number(name);
     if number.is_none() {
-        reader.complain(
-            &format!("{key}.offset"),
-            format!("\"{name}\" is no work offset"),
-            "write G54 to G59, G59.1 to G59.3",
-        );
+        reader.complain(&format!("{key}.offset"), format!("\"{name}\" is no work offset"), OFFSET_NAMES);
     }
     number
 }

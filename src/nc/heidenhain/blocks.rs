@@ -138,6 +138,7 @@ impl Interpreter<'_, Heidenhain> {
             }
             ["CYCL", "CALL", "POS" | "PAT", ..] => {
                 words.clear();
+                self.cuts_unseen();
                 self.misread(
                     "nc::cycle",
                     place,

@@ -123,6 +123,7 @@ impl Interpreter<'_, Heidenhain> {
         if !matches!(self.family.cycle_number, 200 | 201 | 203) {
             let text = format!("cycle {} is kept, not simulated", self.family.cycle_number);
             let help = "what it cuts is not known to the simulation";
+            self.cuts_unseen();
             // From 200 on cycles have feeds of their own.
             if self.family.cycle_number < 200 {
                 self.uses_feed();
@@ -137,6 +138,7 @@ impl Interpreter<'_, Heidenhain> {
         // Reaming (201) has no depth of a peck.
         let unknown = unknown.filter(|index| *index != 202 || self.family.cycle_number != 201);
         if let Some(index) = unknown {
+            self.cuts_unseen();
             let text = format!(
                 "cycle {} is kept, not simulated: the program does not tell Q{index}",
                 self.family.cycle_number

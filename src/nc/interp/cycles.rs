@@ -22,6 +22,7 @@ impl<F: Family> Interpreter<'_, F> {
         let place = words.g.last().map_or_else(|| self.flow.source.program().span(self.block.id), |g| g.1);
         if code == 760 && self.dialect().g76_cuts_threads {
             self.block.freeze = Some(Freeze::Synchronised);
+            self.cuts_unseen();
             self.say("nc::threading", Severity::Warning, place, "the G76 threading cycle is kept, not simulated", "");
             return;
         }
@@ -31,6 +32,7 @@ impl<F: Family> Interpreter<'_, F> {
             cycle.retract = cycle.retract.or(Some(cycle.initial));
         }
         let (Some(_), Some(retract)) = (cycle.depth, cycle.retract) else {
+            self.cuts_unseen();
             self.not_understood("nc::cycle", place, "the cycle has no depth or no R plane", "write Z and R");
             return;
         };
@@ -97,7 +99,13 @@ impl<F: Family> Interpreter<'_, F> {
     /// One hole at `hole`, its rapid approach ending at `level`.
     pub(crate) fn one_hole(&mut self, cycle: Cycle, code: u16, hole: Vec3, level: f64) {
         self.cycles.in_hole = true;
+        let turning = self.modal.turning;
+        if matches!(code, 740 | 840) && turning == 0 && !self.as_linuxcnc() {
+            // Rigid tapping starts the spindle itself.
+            self.turn(if code == 840 { 1 } else { -1 });
+        }
         self.motions_of_hole(cycle, code, hole, level);
+        self.turn(turning);
         self.cycles.in_hole = false;
     }
 

@@ -61,6 +61,12 @@ impl<F: Family> Interpreter<'_, F> {
         self.out.feed_uses.push(FeedUse { block, value, mode: self.modal.feed_mode, word });
     }
 
+    /// The block cuts something that is not simulated: loads there are not known.
+    pub(crate) fn cuts_unseen(&mut self) {
+        let line = self.line_number();
+        self.out.unseen_cuts.push(line);
+    }
+
     /// Raises the doubt of a block that cannot be read: neither its effect nor the feed after it is known.
     pub(crate) fn doubt_of_unread(&mut self, place: Span) {
         self.doubt(Doubt::UnknownCode, place);

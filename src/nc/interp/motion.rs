@@ -32,7 +32,10 @@ impl<F: Family> Interpreter<'_, F> {
         }
         let turned = self.rotary_words(words);
         if !machine {
-            self.offset_in_use();
+            if words.has_any(b"XYZABCIJKR") {
+                // A bare G0 in the first line goes nowhere, in whatever offset.
+                self.offset_in_use();
+            }
             if self.modal.motion != Motion::Rapid {
                 self.length_in_use(self.flow.source.program().span(self.block.id));
             }

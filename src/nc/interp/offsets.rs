@@ -5,7 +5,7 @@ use super::interpreter::{Family, Interpreter};
 use super::words::Words;
 use crate::diag::Severity;
 use crate::nc::doubt::Doubt;
-use crate::nc::toolpath::MoveKind;
+use crate::nc::toolpath::{ADDITIONAL_OFFSETS, BEFORE_ADDITIONAL_OFFSETS, MoveKind};
 use crate::path::{Curve, Vec3};
 
 const AXES: [u8; 3] = *b"XYZ";
@@ -267,7 +267,7 @@ impl<F: Family> Interpreter<'_, F> {
 
 /// G54.1 P, G54 P, G154 P: the additional offset of this number.
 fn additional_offset(words: &Words) -> u16 {
-    100 + words.get(b'P').unwrap_or(1.0).clamp(1.0, 300.0) as u16
+    BEFORE_ADDITIONAL_OFFSETS + words.get(b'P').unwrap_or(1.0).clamp(1.0, f64::from(ADDITIONAL_OFFSETS)) as u16
 }
 
 fn set(shift: &mut Vec3, axis_words: [Option<f64>; 3]) {

@@ -136,6 +136,7 @@ impl<F: Family> Interpreter<'_, F> {
             120 | 130 => {
                 *action = Action::Keep;
                 self.uses_feed();
+                self.cuts_unseen();
                 let text = "the circular pocket is kept, not simulated";
                 self.not_understood("nc::cycle", span, text, "what it cuts is not known to the simulation");
             }

@@ -344,6 +344,8 @@ pub struct ToolLength {
     pub now: Length,
     /// Of the tools so far that took a length by its number: that number and the tool.
     pub taken: Vec<(u32, u32)>,
+    /// Numbers that the program wrote anew after a tool had taken them: what they say then is another length.
+    pub rewritten: Vec<u32>,
 }
 
 /// How spindle and tool changes are commanded.

@@ -68,13 +68,17 @@ impl<F: Family> Interpreter<'_, F> {
             self.tool_length.first = chosen;
         }
         self.tool_length.now = chosen;
-        if number > 0 && !F::EDGES_BY_D && self.tool_length.take(number, self.modal.tool) {
+        let rewritten = self.tool_length.rewritten.contains(&number);
+        if number > 0 && !F::EDGES_BY_D && (self.tool_length.take(number, self.modal.tool) || rewritten) {
             self.tool_length.now = Length::Other;
         }
     }
 
-    /// The program writes the length of an offset (G10 L1, L10, L11; a variable of the control), which may be the one in force.
+    /// The program writes the length of an offset (G10 L1, L10, L11; a variable of the control; `None`: of which one is not known). It may be the one
+    /// in force; one that a tool had before is another length when it is taken again.
     pub(crate) fn length_is_written(&mut self, number: Option<u32>) {
+        let taken = self.tool_length.taken.iter().map(|(taken, _)| *taken);
+        self.tool_length.rewritten.extend(taken.filter(|taken| number.is_none_or(|number| number == *taken)));
         let in_force = |number: u32| self.tool_length.now == Length::Number(number);
         if self.tool_length.first != Length::Unsaid && number.is_none_or(in_force) {
             self.tool_length.now = Length::Other;
@@ -83,6 +87,10 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// Before a motion at a feed.
     pub(crate) fn length_in_use(&mut self, place: Span) {
+        if F::EDGES_BY_D && self.tool_length.first == Length::Unsaid {
+            // A tool comes in with its first edge.
+            (self.tool_length.first, self.tool_length.now) = (Length::Number(1), Length::Number(1));
+        }
         let forgotten = self.tool_length.first == Length::Unsaid && !self.tool_length.taken.is_empty();
         if self.tool_length.now != self.tool_length.first || forgotten && !F::EDGES_BY_D {
             self.doubt(Doubt::ToolLength, place);

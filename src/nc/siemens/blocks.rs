@@ -315,6 +315,7 @@ impl Interpreter<'_, Siemens> {
             6410..=6450 => self.modal.path_mode = PathMode::Continuous,
             700 | 7000 => self.modal.inch = true,
             710 | 7100 => self.modal.inch = false,
+            580 | 590 if words.has_any(b"XYZ") && ![0, 10, 20, 30].iter().any(|code| words.has_g(*code)) => {}
             5000 | 5050..=5990 => self.select_wcs(code, words),
             3310 | 3320 => self.modal.motion = Motion::Synchronised,
             4500 | 4510 | 6010..=6030 | 9010 | 9020 => {}

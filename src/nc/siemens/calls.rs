@@ -52,6 +52,7 @@ impl Interpreter<'_, Siemens> {
             _ if modal => {
                 if drilling_code(name).is_none() {
                     self.doubt_of_foreign(name, span);
+                    self.cuts_unseen();
                     let text = format!("the modal call of {name} is kept, not simulated");
                     self.say("nc::modal-call", Severity::Warning, span, text, "feeds are kept up to the next MCALL");
                 }
@@ -97,6 +98,7 @@ impl Interpreter<'_, Siemens> {
     /// A cycle that is not simulated. It may drill at the feed in force, and so may the one that MCALL has called for its positions.
     fn keep_cycle(&mut self, name: &str, place: Span) {
         self.uses_feed();
+        self.cuts_unseen();
         let text = format!("{name} is kept, not simulated");
         self.say("nc::cycle", Severity::Warning, place, text, "what it cuts is not known to the simulation");
     }
