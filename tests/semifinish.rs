@@ -268,6 +268,20 @@ fn the_far_side_of_the_first_pass_is_cut_no_deeper() {
     assert_eq!((&report["gouge"]["gouged"], &report["gouge"]["beside"]), (&0.into(), &0.into()));
 }
 
+/// Balls of two sizes have cells of two sizes by themselves; what both leave is compared all the same.
+#[test]
+fn gouges_are_looked_for_where_the_balls_differ() {
+    let ball = "[[tool]]\nnumber = 2\nshape = \"ball\"\ndiameter = 5\nflutes = 2\nhelix = 30\nflute_length = 40\noverhang = 45\n";
+    let own_cells = setup(ball).replace("resolution = 0.05\n", "");
+    let finish = plane(30.0, 0.5, 0.0).replace("T1 M6", "T2 M6");
+    let shop = Shop::set_up(&plane(30.0, 0.5, 0.2), &finish, &own_cells);
+    let (_, said, err) = shop.semifinish(&["--stock", "0.1,0.6", "--force-xy", "10"]);
+    let gouge = &shop.report()["gouge"];
+    // 14 mm across and 6 mm along, in cells of a sixth of a millimetre: more than 1500 are of the middle of the surface.
+    assert!(gouge["cells"].as_u64().unwrap() > 1500, "{gouge} {said} {err}");
+    assert_eq!(gouge["gouged"], 0, "{said} {err}");
+}
+
 #[test]
 fn only_coordinates_change_and_the_proof_says_so() {
     let semi = plane(40.0, 0.5, 0.1);

@@ -141,11 +141,8 @@ pub fn semifinish(pair: Pair, watch: &Watch) -> Result<Shifted, MoveError> {
     let samples: Vec<Sample> = answer.before.iter().map(|seen| seen.sample).collect();
     let written = semifinish::Task { semi: &back_path, movable: &still, ..task };
     let again = semifinish::written(&written, &samples)?;
-    let keep = |path: &Toolpath| -> Result<Vec<Piece>, MoveError> {
-        let left = engage::left_stock(path, &job, &watch.engage, &|done| (watch.progress)("gouge check", done));
-        Ok(left.map_err(SemifinishError::from)?)
-    };
-    let gouge = semifinish::gouge(&task, &keep(&finish_path)?, &keep(&semi_path)?, &keep(&back_path)?)?;
+    let left = left_by([&finish_path, &semi_path, &back_path], &job, watch)?;
+    let gouge = semifinish::gouge(&task, left.each_ref().map(Vec::as_slice))?;
     let warnings = warnings(&answer, gouge);
     let refused = unproven(&proof).or_else(|| refused(&answer, &again, gouge));
     let paths = [semi_path, finish_path];
@@ -163,6 +160,26 @@ pub fn semifinish(pair: Pair, watch: &Watch) -> Result<Shifted, MoveError> {
         warnings,
         refused,
     })
+}
+
+/// What each program leaves of the stock, all in the same cells: the finest of those that the programs have by themselves, which follow from their
+/// tools.
+fn left_by(paths: [&Toolpath; 3], job: &Job, watch: &Watch) -> Result<[Vec<Piece>; 3], SemifinishError> {
+    let progress = |done| (watch.progress)("gouge check", done);
+    let left = |path: &Toolpath, cell_mm: Option<f64>| {
+        let options = engage::Options { cell_mm: cell_mm.or(watch.engage.cell_mm), ..watch.engage };
+        engage::left_stock(path, job, &options, &progress)
+    };
+    let all = |cell_mm: Option<f64>| -> Result<[Vec<Piece>; 3], SemifinishError> {
+        Ok([left(paths[0], cell_mm)?, left(paths[1], cell_mm)?, left(paths[2], cell_mm)?])
+    };
+    let found = all(None)?;
+    let sizes = |pieces: &[Piece]| pieces.iter().map(|piece| piece.field.size).collect::<Vec<_>>();
+    if found.iter().all(|pieces| sizes(pieces) == sizes(&found[0])) {
+        return Ok(found);
+    }
+    let cells = found.iter().flatten().map(|piece| piece.field.cell[0].max(piece.field.cell[1]));
+    all(Some(cells.fold(f64::INFINITY, f64::min)))
 }
 
 /// The reference: as given, else the limit that the setup sets for the finishing tool, else the mean as programmed.

@@ -75,8 +75,14 @@ impl<'a> LeftStock<'a> {
     }
 }
 
-/// Compares the stock that the moved semi-finish leaves with that of the finish alone and of the original semi-finish.
-pub fn gouge(task: &Task, finish: &[Piece], semi: &[Piece], moved: &[Piece]) -> Result<Gouge, SemifinishError> {
+/// Compares the stock that the moved semi-finish leaves with that of the finish alone and of the original semi-finish. `left`: of finish,
+/// original and moved semi-finish, in the same cells; in others nothing could be compared, which is an error.
+pub fn gouge(task: &Task, left: [&[Piece]; 3]) -> Result<Gouge, SemifinishError> {
+    let [finish, semi, moved] = left;
+    let sizes = left.map(|pieces| pieces.iter().map(|piece| piece.field.size).collect::<Vec<_>>());
+    if sizes[0] != sizes[1] || sizes[0] != sizes[2] {
+        return Err(SemifinishError::NotCompared);
+    }
     let finish = LeftStock::new(task.job, task.finish, "finishing", finish)?;
     let semi = LeftStock::new(task.job, task.semi, "semi-finishing", semi)?;
     let mut found = Gouge::default();
@@ -93,9 +99,6 @@ impl Gouge {
         let ids = pieces[0].field.by_row(|tile| &tile.ids);
         let field = &pieces[2].field;
         let across = field.size[0];
-        if heights.iter().any(|heights| heights.len() != ids.len()) {
-            return;
-        }
         let middle = |k: usize| {
             let at = |axis: usize, k: usize| field.extent.min[axis] + (k as f64 + 0.5) * field.cell[axis];
             [at(0, k % across), at(1, k / across)]

@@ -132,6 +132,11 @@ pub enum SemifinishError {
          subprograms, under radius compensation, or in blocks that do more than move"
     )]
     NothingFree,
+    /// What the programs leave lies in different cells.
+    #[error(
+        "what the programs leave cannot be compared, so whether the moved one gouges is not known: give --resolution"
+    )]
+    NotCompared,
     /// The finish meets the semi-finish only in entries and exits.
     #[error(
         "the finish is nowhere in full cut in the stock that the semi-finish left: every cut is shorter than twice the \
@@ -162,7 +167,7 @@ impl SemifinishError {
             Self::NoBall { .. } => {
                 "only ball ends are moved; give the program of the ball, and shape = \"ball\" in its [[tool]]"
             }
-            Self::TwoBalls { .. } | Self::Engage(_) => "",
+            Self::TwoBalls { .. } | Self::Engage(_) | Self::NotCompared => "",
             Self::NeverMeet { .. } => {
                 "give the semi-finish that runs right before this finish, both with the same zero point; more than the \
                  least stock must be left between them"
