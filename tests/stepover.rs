@@ -406,6 +406,47 @@ fn stock_left_by_an_earlier_program_is_the_allowance() {
     );
 }
 
+/// Walls of stock stand around a floor that is the whole mesh. Rapids pass above them; raw stock that is met is said, and what an earlier program
+/// left there is not cut through.
+#[test]
+fn stock_beside_the_surface_is_passed_above_and_said() {
+    let floor = surfaces::sheet([4, 4], |u, v| [4.0 * u, 4.0 * v, -6.0]);
+    let around = |low: f64, high: f64| feedwright::machine::Box3 {
+        min: Vec3::new(low, low, -12.0),
+        max: Vec3::new(high, high, 0.0),
+    };
+    let run = |beside: bool, saved: bool, more: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let extent = if beside { around(-8.0, 12.0) } else { around(0.0, 4.0) };
+        let stock = if saved {
+            let piece = feedwright::stock::Piece::uncut(feedwright::stock::Blank::Box(extent), 0.1);
+            let bytes = feedwright::stock::saved::to_bytes(&piece, Vec3::zeros());
+            std::fs::write(folder.path().join("left.stock"), bytes).unwrap();
+            "saved = \"left.stock\"".to_owned()
+        } else {
+            let corner = |p: Vec3| format!("[{}, {}, {}]", p.x, p.y, p.z);
+            format!("box = {{ min = {}, max = {} }}", corner(extent.min), corner(extent.max))
+        };
+        let all = [&["--feed", "960", "--reference-force", "30"], more].concat();
+        let out = stepover(folder.path(), &surfaces::stl(&floor), &stock, &all);
+        let text = std::fs::read_to_string(folder.path().join("part.nc")).ok();
+        let said = String::from_utf8_lossy(&[out.stdout, out.stderr].concat()).into_owned();
+        (out.status.code().unwrap(), said, text)
+    };
+    let met = "meets stock that the setup says to stand there, at rapid on line";
+    for (beside, code) in [(true, 0), (false, 0)] {
+        let (found, said, text) = run(beside, false, &[]);
+        assert_eq!((found, said.contains(met)), (code, beside), "{said}");
+        let text = text.unwrap();
+        let first = text.lines().find_map(|line| line.strip_prefix("G0 Z")).unwrap();
+        assert!(first.parse::<f64>().unwrap() >= 5.0, "above the top at Z0: {text}");
+    }
+    let (code, said, text) = run(true, true, &["--stock", "0.1"]);
+    assert!(code == 1 && said.contains(met) && text.is_none(), "{said}");
+    let (code, said, text) = run(false, true, &["--stock", "0.1"]);
+    assert!(code == 0 && !said.contains(met) && text.is_some(), "{said}");
+}
+
 /// Bad input: a clear error, exit code 2, and nothing written.
 #[test]
 fn bad_surfaces_are_refused_and_nothing_is_written() {

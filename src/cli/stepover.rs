@@ -10,13 +10,15 @@ use super::learn::open;
 use super::options::{Global, above_zero, finite};
 use super::output::{Kind, Outputs};
 use super::screen::Screen;
+use crate::engage;
+use crate::engage::workpiece::{Source, pieces, sources};
 use crate::finish::stepover::text::usual_tolerance_mm;
-use crate::finish::stepover::{Layout, Refusal, Request, Surface, run};
+use crate::finish::stepover::{Around, Layout, Refusal, Request, Surface, around, run};
 use crate::job::stepover::at_reference_force;
 use crate::machine::{Job, StockShape};
-use crate::nc::Dialect;
+use crate::nc::{Dialect, Toolpath};
 use crate::report::{Outcome, stepover_html, stepover_json, stepover_unmet, stepover_words};
-use crate::stock::{Piece, saved};
+use crate::stock::Piece;
 use crate::units::{MM_PER_INCH, mm_s_from_mm_min, rps_from_rpm};
 
 /// `stepover`: passes of a ball or bull-nose end mill over a surface, each as far from the one before as the reference force and the
@@ -115,13 +117,24 @@ const STEEPEST_DEG: f64 = 85.0;
 /// Thickness of the stock where nothing else says it, mm.
 const STOCK_MM: f64 = 0.1;
 
-/// The stock that an earlier program left, where the setup names it.
-fn left(job: &Job) -> Result<Option<Piece>, CliError> {
-    let Some(stock) = job.stocks.first() else { return Ok(None) };
-    let StockShape::Saved(file) = &stock.shape else { return Ok(None) };
-    let piece = saved::from_bytes(&input::file(file)?, stock.moved_mm);
-    let why = || CliError::new(format!("{}: it is no saved stock", file.display()), "save it again with --save-stock");
-    piece.map(Some).ok_or_else(why)
+/// The first stock of the setup, in cells fine enough to see what stands beside the surface; what an earlier program left in its own cells.
+fn around(job: &Job) -> Result<Option<Around>, CliError> {
+    let mut alone = job.clone();
+    alone.stocks.truncate(1);
+    alone.machine.offsets.clear();
+    let Some(stock) = alone.stocks.first() else { return Ok(None) };
+    let is_left = matches!(stock.shape, StockShape::Saved(_));
+    let load = |file: &Path| std::fs::read(file);
+    let options = engage::Options { loader: Some(&load), ..engage::Options::default() };
+    let why = |error: engage::EngageError| CliError::new(error.to_string(), "correct [stock] of the setup");
+    let sources = sources(&alone, &Toolpath::default(), &options, &mut Vec::new()).map_err(why)?;
+    let cell_mm = |source: &Source| match source {
+        Source::Saved(piece) if !piece.cuts.is_empty() => piece.field.cell[0].max(piece.field.cell[1]),
+        other => around::cell_mm(&other.extent()),
+    };
+    let cell_mm = sources.iter().map(cell_mm).fold(0.0, f64::max);
+    let pieces = pieces(sources, cell_mm, &mut Vec::new()).map_err(why)?;
+    Ok(pieces.into_iter().next().map(|piece| Around { piece, is_left }))
 }
 
 /// Plans, checks, writes.
@@ -170,9 +183,10 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
             help: "correct the setup as it says".into(),
         })
     };
-    let left = if command.stock.is_none() { left(&job)? } else { None };
+    let around = around(&job)?;
+    let left = around.as_ref().filter(|around| around.is_left && command.stock.is_none()).cloned();
     let assumed = command.stock.is_none() && left.is_none();
-    let found = run(&surface, (&job, dialect), &ask, left, &hold);
+    let found = run(&surface, (&job, dialect), &ask, (left.map(|left| left.piece), around), &hold);
     bar.finish_and_clear();
     if found.is_err() {
         // What was repaired may be why.

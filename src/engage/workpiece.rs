@@ -55,7 +55,8 @@ pub enum Source {
 }
 
 impl Source {
-    fn extent(&self) -> Box3 {
+    /// What it fits in, in the common frame.
+    pub fn extent(&self) -> Box3 {
         match self {
             Source::Blank(blank) => blank.extent(),
             Source::Saved(piece) => piece.field.extent,

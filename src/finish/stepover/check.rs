@@ -76,12 +76,22 @@ pub fn stock(surface: &Surface, thickness_mm: f64) -> Piece {
     let middle = |axis: usize, k: usize| {
         extent.min[axis] + (k as f64 + 0.5) * (extent.max[axis] - extent.min[axis]) / size[axis] as f64
     };
-    let ball = Dropper::new(surface, Shape::ball(thickness_mm.max(1e-3)));
-    let places: Vec<[f64; 2]> =
-        (0..size[0] * size[1]).map(|k| [middle(0, k % size[0]), middle(1, k / size[0])]).collect();
-    let height = |p: &[f64; 2]| ball.drop(*p).map_or(extent.min.z, |contact| contact.tip_mm + thickness_mm) as f32;
-    let heights: Vec<f32> = places.par_iter().with_min_len(256).map(height).collect();
+    let place = |k: usize| [middle(0, k % size[0]), middle(1, k / size[0])];
+    let tops = on_surface_mm(surface, thickness_mm, size[0] * size[1], &place);
+    let heights = tops.into_iter().map(|top_mm| top_mm.unwrap_or(extent.min.z) as f32).collect();
     Piece::uncut(Blank::Heights(Box::new(Relief::from_rows(extent, size, heights))), cell)
+}
+
+/// Top of stock of this thickness on the surface at `count` places, mm; `None` where the surface has no stock.
+pub fn on_surface_mm(
+    surface: &Surface,
+    thickness_mm: f64,
+    count: usize,
+    place: &(dyn Fn(usize) -> [f64; 2] + Sync),
+) -> Vec<Option<f64>> {
+    let ball = Dropper::new(surface, Shape::ball(thickness_mm.max(1e-3)));
+    let top = |k: usize| ball.drop(place(k)).map(|contact| contact.tip_mm + thickness_mm);
+    (0..count).into_par_iter().with_min_len(256).map(top).collect()
 }
 
 /// Distance within which an end of a motion is that of a step, mm: coordinates are written to 0.001 mm or 0.0001 in and

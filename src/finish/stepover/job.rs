@@ -1,6 +1,7 @@
 //! From a surface to a program. In: the surface, the job, a request. Out: the plan with its program, checked by
 //! simulation, and for comparison the best program of constant step-over; or why there is none.
 
+use super::around::{Around, Met};
 use super::check::{self, Check};
 use super::comparison;
 use super::drop::{Contact, Dropper};
@@ -91,12 +92,12 @@ const PRICE: f64 = 0.05;
 pub type Hold<'a> = &'a dyn Fn(&str, &Piece, f64) -> Result<String, Refusal>;
 
 /// Plans the passes, writes the program, sets its feeds and checks it. `left`: the stock that an earlier program left;
-/// `None`: stock of the requested thickness.
+/// `None`: stock of the requested thickness. `around`: the stock of the setup, of which what stands beside the surface counts then.
 pub fn run(
     surface: &Surface,
     (job, dialect): (&Job, Dialect),
     ask: &Request,
-    left: Option<Piece>,
+    (left, around): (Option<Piece>, Option<Around>),
     hold: Hold,
 ) -> Result<Answer, Refusal> {
     let tool = preconditions::tool(job, ask)?;
@@ -172,6 +173,8 @@ pub fn run(
         },
         ask.tolerance_mm
     );
+    let around = around.filter(|_| left.is_none());
+    let top_mm = around.as_ref().map_or(f64::NEG_INFINITY, |around| around.piece.field.extent.max.z);
     let piece = left.unwrap_or_else(|| check::stock(surface, ask.stock_mm));
     let inch = job.machine.unsaid.inch.unwrap_or(job.inch);
     preconditions::tolerable(ask.tolerance_mm, inch)?;
@@ -182,7 +185,7 @@ pub fn run(
         tolerance_mm: ask.tolerance_mm,
         arcs: arcs(dialect, &ask.layout),
         stock_mm: thickest_mm,
-        safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z + ABOVE_MM),
+        safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z.max(top_mm) + ABOVE_MM),
     };
     let head = |notes: Vec<String>| Head { dialect, inch, tool: tool.number, rps, notes };
     // Passes of one height leave out what is shallower.
@@ -271,9 +274,24 @@ pub fn run(
         (least_with_scallop - least) / (PRICE * 1e3 * bounds.scallop_mm),
     ];
     let left_out = left_out.map(|left| LeftOut { strips_mm2: varying.left.beyond_mm2, ..left });
-    let varying = finish(varying)?;
+    let mut varying = finish(varying)?;
+    if let Some(around) = around
+        && let Some(beside) = around.beside(surface, ask.stock_mm)
+    {
+        let largest_n = varying.check.largest_n.0.max(varying.check.links_n.0).max(reference_n);
+        let met = Met::by(&varying.text, dialect, job, &beside)?.said(check::HELD * largest_n);
+        if around.is_left {
+            varying.check.events.extend(met);
+        } else {
+            notes.extend(met.map(|met| format!("{met}: {CLEAR_IT}")));
+        }
+    }
     Ok(Answer { tool: tool.number, rps, reference_n, bounds, varying, constant, least_s, prices, left_out, notes })
 }
+
+/// What to do about raw stock beside the surface.
+const CLEAR_IT: &str =
+    "clear it first, and give what then is left as [stock] saved = …, or mesh and stock of the whole part";
 
 /// Most plans, each for a limit lower by as much as the written passes of the one before exceed the one that is asked for; of these the one
 /// that exceeds it least is written. And most plans of a constant step-over.
@@ -309,11 +327,12 @@ fn arcs(dialect: Dialect, layout: &Layout) -> bool {
     *turn_rad == 0.0 && sin.abs().min(cos.abs()) < 1e-9 && text::has_arcs(dialect, plane)
 }
 
-/// Safe height of rapids above surface, stock and fixtures, mm.
+/// Safe height of rapids above surface and fixtures, and stock whose shape the setup itself gives, mm.
 fn safe(surface: &Surface, job: &Job, stock_mm: f64) -> f64 {
     let tops = job.stocks.iter().map(|stock| match &stock.shape {
         StockShape::Box(extent) => extent.max.z,
         StockShape::Cylinder { z_mm, .. } => z_mm[0].max(z_mm[1]),
+        // Of stock from a file the top comes with it.
         StockShape::Stl(_) | StockShape::Saved(_) => f64::NEG_INFINITY,
     });
     let tops = tops.chain(job.fixtures.iter().map(|fixture| fixture.max.z));

@@ -6,9 +6,11 @@
 //! bytes ─surface─▶ triangles ─drop─▶ tip and contact at any place ─section─▶ engaged arcs, scallop
 //!            ─reach─▶ allowed step-over ─least_straight, least_time─▶ lower bounds of the time
 //!                                 ─passes, contour─▶ curves and feeds ─path─▶ motions ─text─▶ program ─check─▶ loads
+//!                                                                                              ─around─▶ stock met beside the surface
 //! ```
 //! [`job`] runs all of it.
 
+pub mod around;
 pub mod bound;
 pub mod check;
 pub mod columns;
@@ -40,6 +42,7 @@ pub mod text;
 pub mod touch;
 pub mod written;
 
+pub use around::Around;
 pub use job::{Answer, Refusal, Request, run};
 pub use layout::Layout;
 pub use surface::Surface;

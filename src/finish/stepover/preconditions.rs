@@ -108,7 +108,7 @@ pub fn thickest(on_surface: &ToolOnSurface, places: &[Place], most_mm: f64) -> R
     if thickest >= most_mm {
         return Err(Refusal::new(
             format!("the stock of the setup stands {most_mm:.3} mm or more above the surface, the radius of the tool"),
-            "rough the part first, or give --stock with the thickness that is left",
+            "rough the part first, and give what that leaves; --stock says how thick it is on the surface, not beside it",
         ));
     }
     Ok(thickest)
