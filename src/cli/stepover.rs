@@ -163,7 +163,9 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
         ));
     }
     let inch = job.machine.unsaid.inch.unwrap_or(job.inch);
+    let file = if target.as_os_str() == "-" { &command.surface } else { &target };
     let ask = Request {
+        name: file.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
         tool: command.tool,
         rps: command.rpm.map(rps_from_rpm),
         feed_mm_s: command.feed.map(mm_s_from_mm_min),

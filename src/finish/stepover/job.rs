@@ -163,20 +163,11 @@ pub fn run(
     let places = pass_area.places(apart_mm);
     let thickest_mm = preconditions::thickest(&on_surface, &places, most_mm)?;
     let required = Requirements { bounds, reference_n, feeds_mm_s, turn: ask.layout.turn(), constant: None };
-    let said = format!(
-        "FORCE {reference_n} N, SCALLOP {} MM, {}, LINES AND ARCS WITHIN {} MM",
-        ask.scallop_mm,
-        if left.is_some() {
-            "STOCK AS LEFT BY AN EARLIER PROGRAM".into()
-        } else {
-            format!("STOCK {} MM", ask.stock_mm)
-        },
-        ask.tolerance_mm
-    );
     let around = around.filter(|_| left.is_none());
     let top_mm = around.as_ref().map_or(f64::NEG_INFINITY, |around| around.piece.field.extent.max.z);
     let piece = left.unwrap_or_else(|| check::stock(surface, ask.stock_mm));
     let inch = job.machine.unsaid.inch.unwrap_or(job.inch);
+    let said = text::made_for(ask, reference_n, earlier.is_some(), inch);
     preconditions::tolerable(ask.tolerance_mm, inch)?;
     let frame_rad = ask.layout.frame_rad();
     let round = |p: Vec3| rotated(rotated(p, frame_rad).map(|mm| text::rounded_mm(mm, inch)), -frame_rad);
@@ -187,7 +178,11 @@ pub fn run(
         stock_mm: thickest_mm,
         safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z.max(top_mm) + ABOVE_MM),
     };
-    let head = |notes: Vec<String>| Head { dialect, inch, tool: tool.number, rps, notes };
+    if matches!(dialect, Dialect::Fanuc | Dialect::Haas) && text::program_number(&ask.name).is_none() {
+        let number = text::UNNAMED;
+        notes.push(format!("the program is O{number:04}: with a number in the name of its file it has that one"));
+    }
+    let head = |notes: Vec<String>| Head { name: ask.name.clone(), dialect, inch, tool: tool.number, rps, notes };
     // Passes of one height leave out what is shallower.
     let most_z = if let Layout::Contour { shallowest_rad } = ask.layout { shallowest_rad.cos() } else { 1.0 };
     let draw = |plan: Plan, feed_mm_s: f64, notes: Vec<String>| {
@@ -217,7 +212,7 @@ pub fn run(
         let lower = Bounds { scallop_mm: ask.scallop_mm - below_mm, ..bounds };
         let plan = pass_area.plan(&on_surface, &Requirements { bounds: lower, ..required.clone() }, &drawing);
         everywhere_mm.get_or_insert_with(|| plan.everywhere_mm.clone());
-        let drawn = draw(plan, top, vec![said.clone()]);
+        let drawn = draw(plan, top, said.clone());
         let over_mm = anywhere_mm(&drawn);
         if varying.as_ref().is_none_or(|best| over_mm < anywhere_mm(best)) {
             varying = Some(drawn);

@@ -263,6 +263,7 @@ mod tests {
     #[test]
     fn the_first_plan_is_for_a_scallop_lower_by_a_quarter_of_the_tolerance() {
         let ask = |scallop_mm| Request {
+            name: String::new(),
             tool: None,
             rps: None,
             feed_mm_s: None,

@@ -7,6 +7,8 @@ use crate::force::ForceError;
 /// What the user requests.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
+    /// Name of the program's file, without folder and ending.
+    pub name: String,
     /// Tool; `None`: the only ball or bull-nose end of the setup.
     pub tool: Option<u32>,
     /// Spindle speed, rev/s; `None`: the setup's.

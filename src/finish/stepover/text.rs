@@ -6,6 +6,7 @@
 use super::fit::{Circle, SAME_MM};
 use super::layout::Layout;
 use super::path::Step;
+use super::request::Request;
 use crate::nc::{CommentForm, Dialect, Syntax};
 use crate::path::{Plane, Vec3};
 use crate::units::{MM_PER_INCH, mm_min_from_mm_s, rpm_from_rps};
@@ -17,6 +18,8 @@ pub const MARK: &str = "PASSES OF VARYING STEP-OVER BY FEEDWRIGHT";
 /// Settings for the head of the program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Head {
+    /// Name of the file, without folder and ending.
+    pub name: String,
     /// Dialect.
     pub dialect: Dialect,
     /// In inches?
@@ -27,6 +30,42 @@ pub struct Head {
     pub rps: f64,
     /// Comments.
     pub notes: Vec<String>,
+}
+
+/// Number of a program of Fanuc or Haas whose name has none; these controls know programs by their number.
+pub const UNNAMED: u32 = 1;
+
+/// Number of a program of Fanuc or Haas from the digits of the name of its file, 1 to 9999: `part1234` is O1234.
+pub fn program_number(name: &str) -> Option<u32> {
+    let digits: String = name.chars().filter(char::is_ascii_digit).collect();
+    digits.parse().ok().filter(|number| (1..=9999).contains(number))
+}
+
+/// Name of a program in plain language: letters, digits and `_` of the name of its file.
+fn plain_name(name: &str) -> String {
+    let known = name.chars().filter(|letter| letter.is_ascii_alphanumeric() || *letter == '_');
+    let name: String = known.take(MOST_LETTERS).collect::<String>().to_ascii_uppercase();
+    if name.is_empty() { "STEPOVER".into() } else { name }
+}
+
+/// Letters of a name that older controls of Heidenhain take.
+const MOST_LETTERS: usize = 16;
+
+/// What the program was made for, as comments in its own unit.
+pub fn made_for(ask: &Request, reference_n: f64, by_earlier: bool, inch: bool) -> Vec<String> {
+    let length = |mm: f64| {
+        let (value, unit) = if inch { (mm / MM_PER_INCH, "IN") } else { (mm, "MM") };
+        format!("{} {unit}", number(value, DIGITS[usize::from(inch)] + 1).trim_end_matches('.'))
+    };
+    let stock = if by_earlier {
+        "STOCK AS LEFT BY AN EARLIER PROGRAM".into()
+    } else {
+        format!("STOCK {}", length(ask.stock_mm))
+    };
+    vec![
+        format!("FORCE {} N, SCALLOP {}", number(reference_n, 2).trim_end_matches('.'), length(ask.scallop_mm)),
+        format!("{stock}, LINES WITHIN {}", length(ask.tolerance_mm)),
+    ]
 }
 
 /// Digits of a coordinate behind the point: mm, inch.
@@ -120,13 +159,15 @@ impl Writer<'_> {
     }
 
     fn head(&mut self) {
-        let Head { dialect, inch, tool, rps, notes } = self.head;
+        let Head { name, dialect, inch, tool, rps, notes } = self.head;
         let rpm = number(rpm_from_rps(*rps), 0);
         match dialect.syntax() {
-            Syntax::Heidenhain => self.say(&format!("BEGIN PGM STEPOVER {}", if *inch { "INCH" } else { "MM" })),
+            Syntax::Heidenhain => {
+                self.say(&format!("BEGIN PGM {} {}", plain_name(name), if *inch { "INCH" } else { "MM" }));
+            }
             Syntax::Rs274 if matches!(dialect, Dialect::Fanuc | Dialect::Haas) => {
                 self.say("%");
-                self.say("O0022");
+                self.say(&format!("O{:04}", program_number(name).unwrap_or(UNNAMED)));
             }
             _ => {}
         }
@@ -373,6 +414,25 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_program_has_the_name_of_its_file() {
+        for (name, number) in [
+            ("part1234", Some(1234)),
+            ("12", Some(12)),
+            ("die", None),
+            ("part0", None),
+            ("a12345", None),
+            ("v2-part7", Some(27)),
+        ] {
+            assert_eq!(program_number(name), number, "{name}");
+        }
+        for (name, plain) in
+            [("floor-2", "FLOOR2"), ("", "STEPOVER"), ("a_very_long_name_of_a_part", "A_VERY_LONG_NAME")]
+        {
+            assert_eq!(plain_name(name), plain);
+        }
+    }
+
     /// An arc whose ends have the same X, as written: in inches it rises by less than ten digits, and the height is rounded by half a digit. Its
     /// plane is that of its heights all the same; with the plane taken from X it went 1.7 mm into the part.
     #[test]
@@ -383,7 +443,7 @@ mod tests {
         let steps = [step(at(-half_rad), None), step(at(half_rad), Some(at(0.0)))];
         for dialect in [Dialect::Heidenhain, Dialect::LinuxCnc, Dialect::Fanuc] {
             for inch in [false, true] {
-                let head = Head { dialect, inch, tool: 1, rps: 100.0, notes: Vec::new() };
+                let head = Head { name: String::new(), dialect, inch, tool: 1, rps: 100.0, notes: Vec::new() };
                 let text = program(&head, &steps);
                 let path = interpret(&parse(text.clone().into_bytes(), Some(dialect)), &Environment::default());
                 let curve = path.moves.last().unwrap().curve();
