@@ -652,6 +652,10 @@ fn a_log_of_instants_is_followed_for_its_peaks_over_the_window() {
     fs::write(folder.join("T1.life.toml"), state).unwrap();
     let (code, said) = with(&["--force"]);
     assert!(code <= 1 && said.contains("of a fresh edge: are the coefficients too high"), "{code} {said}");
+    // No life is won by that: the edge counts as fresh where the program begins, and wears from there.
+    let found = json(folder, "u.json");
+    let [index, rate] = [&found["index"][0], &found["rate_per_m"][0]].map(|value| value.as_f64().unwrap());
+    assert!((index - (40.0 + 4.03 * rate)).abs() < 0.1 && rate > 0.0, "{index} {rate}: {said}");
 }
 
 #[test]

@@ -104,10 +104,13 @@ pub fn noise(seen_from: &ToolRun, cut: Option<&CheckCut>, kind: LoadKind, state:
     cut.map(per_worn).filter(|noise| noise.is_finite()).unwrap_or(REPEATS * state.fresh)
 }
 
-/// The trend of what was read so far, or what is known without.
+/// The trend of what was read so far, or what is known without. An edge is never sharper than a fresh one: where the trend says so, the readings
+/// are no peaks, or the coefficients are too high, and the line is raised to a fresh edge where the program begins, so that no life is won by it.
 pub fn trend_of(state: &ToolState, noise: f64) -> Trend {
     let known = known(state, noise);
-    trend(&readings(state), &known).unwrap_or_else(|| Trend::before(state.wear_m(), state.index, &known))
+    let now_m = state.wear_m();
+    let found = trend(&readings(state), &known).unwrap_or_else(|| Trend::before(now_m, state.index, &known));
+    Trend { index: found.index + (state.fresh - found.at(now_m)).max(0.0), ..found }
 }
 
 fn readings(state: &ToolState) -> Vec<trend::Reading> {
@@ -213,7 +216,7 @@ fn below_fresh(seen_from: &ToolRun, row: &ReadRow, told: &Told, noise: f64, stat
         / reading.cuts.len() as f64;
     (row.index < state.fresh - 3.0 * noise).then(|| {
         format!(
-            "check point {} reads {}, less than the {} of a fresh edge: are the coefficients too high, or is it no peak (--sample)?",
+            "check point {} reads {}, less than the {} of a fresh edge: are the coefficients too high, or is it no peak (--sample)? The edge counts as fresh where the program begins",
             row.check,
             report::short(row.load),
             report::short(fresh)
