@@ -270,6 +270,14 @@ fn inverse_time_and_per_revolution_keep_their_unit() {
 }
 
 /// A control that keeps the number reads F100 in front of G95 as 100 mm per turn: it may not have become another.
+/// In inverse time a piece stands for the F that it would have had itself, not for that of the block it was cut from: optimised once more, F10 on a
+/// tenth of the block would be a tenth of the speed.
+#[test]
+fn a_piece_in_inverse_time_stands_for_an_f_of_its_own() {
+    let out = whole("G21 G90\nG0 X0 Y0\nG93\nG1 X120 F10\nG94\nM2\n", Dialect::LinuxCnc, &job(), halves);
+    assert!(out.contains("X60 F10 (FW F10 WAS 20") && out.contains("X120 F40 (FW F40 WAS 20"), "{out}");
+}
+
 #[test]
 fn the_feed_is_restated_before_another_unit_of_feed_without_one() {
     for (dialect, switch) in [(Dialect::Fanuc, "G95\nG1 X20"), (Dialect::LinuxCnc, "G93\nG94\nG1 X20")] {

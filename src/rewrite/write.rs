@@ -13,7 +13,7 @@ use crate::machine::{Annotate, Job};
 use crate::nc::{Dialect, FeedMode, Part, Program, Syntax, Toolpath};
 
 use super::Stats;
-use super::decimal::NumberStyle;
+use super::decimal::{Decimal, NumberStyle};
 use super::edit::Edit;
 use super::fword::{FeedUnit, round_down, round_down_to_whole};
 use super::mark::{self, Note};
@@ -103,6 +103,9 @@ pub struct Writer<'a> {
     /// Blocks left as they are, and why.
     pub kept: Vec<(BlockId, String)>,
 }
+
+/// Digits behind the point of the F that a piece would have had in inverse time.
+const REFERENCE_DIGITS: u32 = 4;
 
 /// Changes of one block while they are gathered.
 #[derive(Default)]
@@ -323,13 +326,18 @@ impl<'a> Writer<'a> {
 
     /// Notes the original feed and the manner of an F word of the input.
     fn remember(&mut self, word: &Word, mode: FeedMode) {
+        let text = String::from_utf8_lossy(view::number_bytes(self.program, word)).into_owned();
+        self.write_like(word);
+        self.reference = Some(self.was_at(word.span.start, &text));
+        self.original = Some(Feed { text, value: word.number, mode, unit_mm: self.feed_unit_mm() });
+    }
+
+    /// F words are written like this one from here on.
+    fn write_like(&mut self, word: &Word) {
         let number = view::number_bytes(self.program, word);
-        let text = String::from_utf8_lossy(number).into_owned();
         let bytes = word.span.of(self.program.text());
         let letter = bytes[..bytes.len() - number.len()].to_vec();
         self.manner = FWordStyle { letter, style: NumberStyle::of(number, self.manners.leading_zero) };
-        self.reference = Some(self.was_at(word.span.start, &text));
-        self.original = Some(Feed { text, value: word.number, mode, unit_mm: self.feed_unit_mm() });
     }
 
     /// The F number that the word of the input at this byte stands for.
@@ -394,6 +402,7 @@ impl<'a> Writer<'a> {
     fn inherited(&mut self, block: BlockId, span: crate::diag::Span, motion: &crate::nc::Move) -> Option<Feed> {
         if self.word.as_ref().is_none_or(|(known, ..)| *known != span) {
             let word = View::of(self.program, block).words.into_iter().find(|word| word.span == span)?;
+            self.write_like(&word);
             let text = String::from_utf8_lossy(view::number_bytes(self.program, &word)).into_owned();
             self.word = Some((span, text, word.number));
         }
@@ -496,7 +505,10 @@ impl<'a> Writer<'a> {
     fn cut(&mut self, view: &View, plan: &Plan, numbers: &[(FeedPiece, Feed)], cut: split::Pieces) -> Change {
         let mut change = Change { edits: cut.edits, ..Change::default() };
         let sep: &[u8] = if self.manners.spaced { b" " } else { b"" };
+        let references = self.references_of(numbers, plan);
+        let mut references = references.into_iter();
         for ((piece, feed), mut code) in numbers.iter().zip(cut.before) {
+            self.reference = references.next().or(self.reference.take());
             let full = self.job.output.annotate == Annotate::Full;
             let mut note = self.note(piece, feed, plan).filter(|_| full);
             let says = self.must_say(feed, plan);
@@ -510,9 +522,29 @@ impl<'a> Writer<'a> {
             change.before.push(Line { code, note, feed: says.then(|| (feed.text.clone(), was)) });
         }
         if let Some((piece, feed)) = numbers.last() {
+            self.reference = references.next().or(self.reference.take());
             self.last_feed(view, plan, piece, feed, &mut change);
         }
         change
+    }
+
+    /// In inverse time, where F belongs to the length of the block: the F that each piece would have had of the program this was optimised from, L/l
+    /// times that of the block of length L. Empty in another unit, where it is that of the block.
+    fn references_of(&self, numbers: &[(FeedPiece, Feed)], plan: &Plan) -> Vec<String> {
+        let Some(first) = plan.first.filter(|_| numbers.iter().any(|(_, feed)| feed.mode == FeedMode::InverseTime))
+        else {
+            return Vec::new();
+        };
+        let whole_mm = self.toolpath.moves[first.ix()].curve().length();
+        let Some(of_block) = self.reference.as_ref().and_then(|text| text.parse::<f64>().ok()) else {
+            return Vec::new();
+        };
+        let mut from_mm = 0.0;
+        let of_piece = |(piece, _): &(FeedPiece, Feed)| {
+            let length_mm = piece.to_mm.min(whole_mm) - std::mem::replace(&mut from_mm, piece.to_mm);
+            self.manner.style.write(Decimal::at_most(of_block * whole_mm / length_mm, REFERENCE_DIGITS))
+        };
+        numbers.iter().map(of_piece).collect()
     }
 
     fn now_after(&self, feed: &Feed) -> FeedInForce {
