@@ -560,6 +560,29 @@ fn many() -> TempDir {
     dir
 }
 
+/// A program that is held back has no time in the sum, and says so.
+#[test]
+fn a_batch_counts_no_time_of_what_it_does_not_write() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, force) in [("good", 80), ("held", 1)] {
+        fs::write(dir.path().join(format!("{name}.nc")), PROGRAM).unwrap();
+        let setup = SETUP.replace("force_xy = 80", &format!("force_xy = {force}"));
+        fs::write(dir.path().join(format!("{name}.setup.toml")), setup).unwrap();
+    }
+    let output = feedwright(dir.path()).args(["batch", ".", "--out", "out", "--json", "s.json"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stdout).unwrap();
+    let held = said.lines().find(|line| line.starts_with("held.nc")).unwrap();
+    assert!(
+        held.contains("not written: Limits cannot be met") && !dir.path().join("out/held.fw.nc").exists(),
+        "{said}"
+    );
+    let sum: Value = serde_json::from_slice(&fs::read(dir.path().join("s.json")).unwrap()).unwrap();
+    let [good, held] = [0, 1].map(|k| &sum["programs"][k]);
+    assert_eq!(good["realised_after_s"], sum["realised_after_s"]);
+    assert!(held["outcome"] == "not written" && held["provenance"]["output_sha256"].is_null(), "{held}");
+}
+
 #[test]
 fn a_batch_does_every_program_once_whoever_runs_it() {
     let dir = many();

@@ -187,19 +187,21 @@ fn in_list(list: &Path) -> Result<Vec<(String, PathBuf, PathBuf)>, CliError> {
     Ok(lines.map(one).collect())
 }
 
-/// The record of a program, where it, its setup, its output and the options are still those of the record.
-fn done(job: &Job, options: &[String]) -> Option<Value> {
+/// The record of a program, where it, its setup, its output and the options are still those of the record; and whether there is an output, which a
+/// collision for one holds back.
+fn done(job: &Job, options: &[String]) -> Option<(Value, bool)> {
     let record: Value = serde_json::from_slice(&std::fs::read(&job.record).ok()?).ok()?;
     let from = &record["provenance"];
     let hash = |path: &Path| std::fs::read(path).ok().map(|bytes| sha256(&bytes));
     let held = record["verdict"]["faults"].as_array()?.iter().any(|fault| fault["holds_back"] == true);
     let same = |key: &str, path: &Path| hash(path).is_some_and(|hash| from[key] == hash.as_str());
+    let is_written = same("output_sha256", &job.output);
     let whole = from["version"] == env!("CARGO_PKG_VERSION")
         && from["options"] == json!(options)
         && same("original_sha256", &job.program)
         && same("setup_sha256", &job.setup)
-        && (held || same("output_sha256", &job.output));
-    whole.then_some(record)
+        && (held || is_written);
+    whole.then_some((record, is_written))
 }
 
 /// One line a program, the whole, and the same as JSON.
@@ -210,12 +212,25 @@ fn sum_up(jobs: &[&Job], command: &Batch, global: &Global, screen: Screen) -> Re
     let mut text = String::new();
     let (mut rows, mut whole, mut bad) = (Vec::new(), [0.0, 0.0], 0);
     for job in jobs {
-        let Some(record) = done(job, &options) else {
+        let Some((mut record, is_written)) = done(job, &options) else {
             text += &format!("{:<32} not done: run it alone to see why\n", job.name);
             rows.push(json!({ "program": job.name, "outcome": "not done" }));
             bad += 1;
             continue;
         };
+        if !is_written {
+            let headline = record["verdict"]["headline"].as_str().unwrap_or_default();
+            text += &format!("{:<32} not written: {headline}\n", job.name);
+            if let Some(from) = record["provenance"].as_object_mut() {
+                from.remove("output_sha256");
+            }
+            rows.push(json!({
+                "program": job.name, "outcome": "not written", "headline": record["verdict"]["headline"],
+                "provenance": record["provenance"],
+            }));
+            bad += 1;
+            continue;
+        }
         let seconds = |key: &str| record["time"][key].as_f64().unwrap_or(0.0);
         let (before, after) = (seconds("realised_before_s"), seconds("realised_after_s"));
         whole = [whole[0] + before, whole[1] + after];

@@ -45,6 +45,8 @@ pub enum Freeze {
     Expression,
     /// The block is executed several times.
     Repeated,
+    /// The block also calls, jumps or begins a loop.
+    Steers,
     /// Its F word also holds for a block before which it cannot be restated.
     SharedFeed,
     /// Simultaneous rotary motion.
@@ -79,9 +81,11 @@ impl Freeze {
             Freeze::Probe => "it is a probing move",
             Freeze::Cycle => "it is made by a cycle that keeps its feed",
             Freeze::Expression => {
-                "its feed is an expression or is set in a macro; [output] computed_feeds = \"replace\" writes numbers"
+                "its feed is an expression, AUTO or set in a macro; [output] computed_feeds = \"replace\" writes a number where it has one value, \
+                 --expand where it has several"
             }
             Freeze::Repeated => "the block is executed several times",
+            Freeze::Steers => "the block also steers the program: a call, a jump or a loop",
             Freeze::SharedFeed => "its F word also holds for a block before which it cannot be written again",
             Freeze::Rotary => "a rotary axis moves at the same time",
             Freeze::NotUnderstood => "something in the block was not understood",

@@ -240,10 +240,11 @@ impl Text {
         let twice = view.words.iter().filter(|word| word.letter == b'F').count() > 1;
         if deleted || view.delete {
             Some(Freeze::BlockDelete)
-        } else if view.flow
-            || ((!view.worded || view.computed_feed) && (motion.instance > 0 || motion.shared.is_some()))
+        } else if (view.flow || !view.worded || view.computed_feed) && (motion.instance > 0 || motion.shared.is_some())
         {
             Some(Freeze::Repeated)
+        } else if view.flow {
+            Some(Freeze::Steers)
         } else if view.computed_feed {
             Some(Freeze::Expression)
         } else if twice || !explains(number, motion, unit_mm) {
