@@ -70,6 +70,10 @@ fn a_minimum_that_gives_way_to_a_load_limit_is_said_with_both_numbers() {
     let (_, free) = run(&format!("force_xy = 600\n{least}"));
     assert!(said(&free).is_empty(), "{:?}", said(&free));
     let peak = number(limit(&free, "force_xy"), "before_max");
+    // Nor does a chip of 0.1 mm come about where feeds may hardly change, on all of the cuts.
+    let (_, kept) = run("force_xy = 600\nchip_thickness = { min = 0.1 }\nfeed_change = { max = 1.1 }");
+    let texts = said(&kept);
+    assert!(texts.len() == 1 && texts[0].contains("the feed is not raised to that"), "{texts:?}");
     let (_, held) = run(&format!("force_xy = {}\n{least}", 0.8 * peak));
     let texts = said(&held);
     assert_eq!(texts.len(), 1, "{texts:?}");

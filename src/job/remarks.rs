@@ -193,18 +193,41 @@ pub fn held_by_clamps(problem: &Problem) -> Option<Diagnostic> {
     (seconds >= 0.5).then(|| Diagnostic::new("schedule::fixtures", Severity::Note, text).help(help))
 }
 
-/// Minima that gave way to a load limit, one sentence for each pair of them: with both feeds, where they are furthest apart.
+/// Minima that gave way to a load limit or to how much a feed may change, one sentence for each pair of them: with both feeds, where they are
+/// furthest apart.
 pub fn overruled(problem: &Problem, toolpath: &Toolpath) -> Vec<Diagnostic> {
     let said = |pair: &Pair| {
         let ([lowest, highest], [asks, allows]) = pair.told();
+        let of_load = pair.furthest.cap.kind.is_load();
+        if !of_load {
+            let held = match pair.furthest.cap.kind {
+                LimitKind::Programmed => "no load limit acts there and it stays",
+                _ => "how much it may change (feed_change, feed) leaves it",
+            };
+            let text = format!(
+                "{asks} asks for {lowest} mm/min or more, but the feed is not raised to that: {held} at {highest}, here and on {:.1} mm in all",
+                pair.length_mm
+            );
+            return (text, "allow more change (limits.feed_change), program a higher feed, or lower the minimum");
+        }
         let text = format!(
             "{asks} asks for {lowest} mm/min or more, {allows} allows {highest}: the load limit is kept, here and on {:.1} mm in all",
             pair.length_mm
         );
         (text, "lower the minimum, or allow more of the load")
     };
-    minima(&problem.conflicts, problem, toolpath, &said)
+    let length_mm = |nodes: &mut dyn Iterator<Item = &Node>| nodes.map(Node::length_mm).sum::<f64>();
+    let cutting_mm = length_mm(&mut problem.nodes.iter().filter(|node| node.cutting));
+    let (of_loads, others): (Vec<Conflict>, Vec<Conflict>) =
+        problem.conflicts.iter().partition(|conflict| conflict.cap.kind.is_load());
+    let others_mm = length_mm(&mut others.iter().map(|conflict| &problem.nodes[conflict.node]));
+    let told = if others_mm >= OF_CUTS * cutting_mm { problem.conflicts.clone() } else { of_loads };
+    minima(&told, problem, toolpath, &said)
 }
+
+/// Share of the cutting length on which a minimum must lie above how much feeds may change, to be told: where a cut begins and ends chips are thin
+/// at any feed. Our judgement.
+const OF_CUTS: f64 = 0.2;
 
 /// A feed per tooth below which an edge slips over the metal rather than cuts, mm: 0.3 of a radius of the edge of 0.01 mm. The thinnest chip
 /// is 0.2 to 0.4 of that radius in steel and aluminium (Liu, DeVor, Kapoor 2006), and edges of carbide cutters have 0.005 to 0.02 mm.

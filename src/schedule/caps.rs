@@ -156,10 +156,10 @@ impl Context<'_> {
         if !node.free {
             return (node, None);
         }
-        let mut conflict = None;
+        let mut asked = None;
         match station {
             Some(station) if node.cutting => {
-                conflict = self.in_cut(&mut node, (rule, motion, station), at_programmed);
+                asked = self.in_cut(&mut node, (rule, motion, station), at_programmed);
             }
             Some(station) if station.flags.clear_air => node.cap = self.in_air(rule, programmed),
             _ => node.cap = lesser(programmed, highest_feed(rule)),
@@ -168,6 +168,10 @@ impl Context<'_> {
             not_raised::hold_at_programmed(&mut node, why);
         }
         node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
+        // Where entries, plunges and the like keep their feed, a minimum is not expected to raise it.
+        let expected = node.not_raised.is_none_or(|why| why == NotRaised::NoLoadLimit);
+        let short = asked.filter(|floor: &Bound| expected && node.cap.feed_mm_s < floor.feed_mm_s * (1.0 - SHORT));
+        let conflict = short.map(|floor| (floor, node.cap));
         (node, conflict)
     }
 
@@ -229,13 +233,13 @@ impl Context<'_> {
         lesser(wanted, highest_feed(rule))
     }
 
-    /// Sets cap and floor of a node in a cut. Returns the minimum feed and the cap where a load limit overruled that minimum.
+    /// Sets cap and floor of a node in a cut. Returns the minimum feed that the setup asks for, as it is asked for.
     fn in_cut(
         &self,
         node: &mut Node,
         (rule, motion, station): (&Rule, &Move, &Station),
         at_programmed: &mut AtProgrammed<'_>,
-    ) -> Option<(Bound, Bound)> {
+    ) -> Option<Bound> {
         let programmed = node.programmed_mm_s;
         let line = self.line(self.cutters, motion, station);
         let others: Vec<LoadLine> =
@@ -279,10 +283,12 @@ impl Context<'_> {
                 *load = found.bounded_by(kind).unwrap_or(0.0);
             }
         }
-        let overruled = node.cap.feed_mm_s < lowest && floor.kind != LimitKind::FeedChange;
-        overruled.then_some((floor, node.cap))
+        (floor.kind != LimitKind::FeedChange).then_some(floor)
     }
 }
+
+/// Share by which a minimum must lie above a cap to be missed: above the rounding of the sums, far below what an F word can show.
+const SHORT: f64 = 1e-6;
 
 /// Highest feed that every load limit allows.
 enum LoadCap {

@@ -176,14 +176,14 @@ impl Node {
     }
 }
 
-/// A minimum feed that lies above the cap of a load limit. The load limit is met, the minimum is not.
+/// A minimum feed that lies above the cap: that of a load limit, or of how much a feed may change. The cap is kept, the minimum is not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conflict {
     /// Index of the node.
     pub node: usize,
     /// The minimum asked for.
     pub floor: Bound,
-    /// The load limit that won.
+    /// What won.
     pub cap: Bound,
 }
 
@@ -194,7 +194,7 @@ pub struct Problem {
     pub nodes: Vec<Node>,
     /// Range of nodes of each move, by move index.
     pub of_move: Vec<std::ops::Range<u32>>,
-    /// Minima that a load limit overruled.
+    /// Minima that were overruled.
     pub conflicts: Vec<Conflict>,
     /// By station: the loads at the programmed feed, where the feed stays at that.
     pub known: KnownLoads,
