@@ -332,6 +332,21 @@ fn what_is_in_doubt_never_rises_until_the_setup_confirms_it() {
     assert!(doubted(&format!("{rest}{other}")).iter().all(|rises| !*rises), "another doubt is confirmed");
 }
 
+/// The air close to a cut rises with it where entries may rise, and only there: beside a pass that is one block, it would hold all of it.
+#[test]
+fn air_close_to_a_cut_follows_it_where_entries_may_rise() {
+    let close = |raise: &str| {
+        let program = SLOTS.replace("X-10", "X-4").replace("X50", "X44");
+        let all = places(&program, &with("force_xy = 200", &format!("finishing = true\n{raise}")), |_| {});
+        let passes: Vec<Place> = all.into_iter().filter(|place| place.line == 6 || place.line == 10).collect();
+        assert!(passes.iter().any(|place| place.node.cutting && place.rises()));
+        passes.into_iter().filter(|place| !place.node.cutting).map(|place| place.rises()).collect::<Vec<_>>()
+    };
+    let follows = close("entries = true");
+    assert!(!follows.is_empty() && follows.iter().all(|rises| *rises), "{follows:?}");
+    assert!(close("entries = false").iter().all(|rises| !*rises));
+}
+
 #[test]
 fn a_doubt_by_a_name_that_is_none_is_refused_with_the_names() {
     let error =

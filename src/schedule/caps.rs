@@ -5,8 +5,8 @@
 //! at less than [`LEAST`] of the lowest feed asked for, makes the piece infeasible: it runs at that lowest feed.
 //!
 //! A feed may rise above the programmed one in a cut only where a load limit applies that some load comes near
-//! ([`super::idle_limits`]), in air only where the engagement map says that the tool touches nothing, and nowhere that [`super::not_raised`] gives a
-//! reason against it. Where the setup asks for a confidence, caps leave a margin for the uncertainty of the process model
+//! ([`super::idle_limits`]), in air only where the engagement map says that the tool touches nothing, or close to a cut whose entry may rise, up to
+//! that cut's cap, and nowhere that [`super::not_raised`] gives a reason against it. Where the setup asks for a confidence, caps leave a margin for the uncertainty of the process model
 //! ([`super::confidence`]).
 
 use rayon::prelude::*;
@@ -89,6 +89,7 @@ pub fn problem_after(
         not_raised::keep_earlier_ends(&mut problem, &earlier);
     }
     slivers(&mut problem);
+    approaches(&mut problem, &rules);
     ramps::apply(&mut problem, toolpath, &rules, job);
     problem
 }
@@ -111,6 +112,26 @@ fn slivers(problem: &mut Problem) {
                 nodes[i].cap = node.cap;
                 nodes[i].floor = node.floor;
                 nodes[i].not_raised = nodes[i].not_raised.or(node.not_raised);
+            }
+        }
+    }
+}
+
+/// Lets the air close to a cut follow the cut of its block where the setup lets entries rise: a pass that begins and ends beside the stock, in a block
+/// that cannot be split, would else keep its feed as a whole.
+fn approaches(problem: &mut Problem, rules: &Rules) {
+    for (index, range) in problem.of_move.iter().enumerate() {
+        let rule = rules.of(MoveId(index as u32));
+        if rule.raise.entries != Some(true) {
+            continue;
+        }
+        let nodes = &mut problem.nodes[range.start as usize..range.end as usize];
+        let rises = |node: &&Node| node.free && node.not_raised.is_none() && !node.uncertain;
+        let of_cut = nodes.iter().filter(|node| node.cutting).filter(rises).map(|node| node.cap.feed_mm_s);
+        let highest = of_cut.fold(0.0, f64::max).min(highest_feed(rule).feed_mm_s);
+        for node in nodes.iter_mut().filter(|node| !node.cutting && rises(&&**node)) {
+            if node.cap.kind == LimitKind::Programmed && node.cap.feed_mm_s < highest {
+                node.cap = Bound { feed_mm_s: highest, kind: LimitKind::FeedChange, per_unit: node.programmed_mm_s };
             }
         }
     }
