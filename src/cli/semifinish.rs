@@ -28,7 +28,7 @@ use crate::report::{Outcome, Semifinished, semifinish_report};
 )]
 #[command(mut_arg("setup", |arg| arg.help("Setup file of both; without it PROGRAM.setup.toml beside the semi-finish")))]
 pub struct Semifinish {
-    /// Semi-finishing program, cut with one ball end mill.
+    /// Semi-finishing program, cut with one ball end mill; in G code, as plain language (Heidenhain) is not moved.
     pub program: PathBuf,
     /// Finishing program that runs behind it; it is not changed.
     #[arg(long, value_name = "FINISH", required_unless_present = "prove")]

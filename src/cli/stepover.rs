@@ -213,7 +213,10 @@ pub fn stepover(command: &Stepover, global: &Global, screen: Screen) -> Result<O
     }
     if !answer.varying.check.events.is_empty() {
         outputs.commit()?;
-        screen.say("nothing was written: the program would do what it must not (events above)");
+        screen.say(
+            "nothing was written: the program would do what it must not (events above); lines are those of the program that was planned. Clear what \
+             stands in the way first, or give mesh and stock of the whole part",
+        );
         return Ok(Outcome::Unmet);
     }
     program.write(answer.varying.text.as_bytes())?;

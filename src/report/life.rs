@@ -43,8 +43,10 @@ pub struct ReadRow {
     pub check: u32,
     /// Length cut in all, m.
     pub total_m: f64,
-    /// Load, in N or W at the motor shaft.
+    /// Load; a power at the motor shaft.
     pub load: f64,
+    /// Its unit.
+    pub unit: &'static str,
     /// What the model predicted with the wear known before.
     pub predicted: f64,
     /// Index of wear.
@@ -159,10 +161,11 @@ pub fn life_words(report: &LifeReport) -> String {
     );
     for row in &report.readings {
         text += &format!(
-            "check {:<3} at {} m: read {}, predicted {}, index {}\n",
+            "check {:<3} at {} m: read {} {}, predicted {}, index {} {unit}\n",
             row.check,
             short(row.total_m),
             short(row.load),
+            row.unit,
             short(row.predicted),
             short(row.index)
         );

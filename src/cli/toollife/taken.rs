@@ -197,7 +197,7 @@ fn of_reading(seen_from: &ToolRun, reading: &Reading, state: &ToolState) -> Resu
     let total_m = state.cut_m + cut_m;
     let program = state.program.sha256.chars().take(8).collect();
     let lengths_m = Lengths(state.lengths_m).and(&Lengths(mean)).0;
-    let row = ReadRow { check: *check, total_m, load: *load, predicted: predicted(None), index };
+    let row = ReadRow { check: *check, total_m, load: *load, unit: kind.unit(), predicted: predicted(None), index };
     Ok((row, ReadingState { program, check: *check, cut_m: total_m, lengths_m, load: *load, index }))
 }
 
