@@ -62,6 +62,16 @@ fn numbers_copy_the_files_own_way() {
     }
 }
 
+/// `F=600` of a Siemens is a plain feed; a feed by a variable is not.
+#[test]
+fn a_feed_by_an_equals_sign_and_a_number_is_a_plain_one() {
+    let out =
+        rewritten("G71 G90\nG0 X0\nG1 X10 F=600\nX20 f = 300.5\nX30\nM30\n", Dialect::Siemens, &quiet(), scaled(0.5));
+    assert!(out.contains("G1 X10 F=300\n") && out.contains("X20 f = 150.2\nX30\n"), "{out}");
+    let text = "G71 G90\nR1=600\nG0 X0\nG1 X10 F=R1\nX20 F=2*300\nM30\n";
+    assert_eq!(rewritten(text, Dialect::Siemens, &quiet(), scaled(0.5)), text);
+}
+
 #[test]
 fn a_feed_is_put_in_where_the_modal_one_no_longer_fits() {
     let text = "G21 G90\nG0 X0 Y0\nG1 X10 F600\nX20\nX30\nG0 X0\n";

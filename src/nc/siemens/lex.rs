@@ -1,6 +1,6 @@
 //! Lexer of Siemens 840D text. In: the bytes of a line and a position. Out: the token there; tokens tile the line.
 //!
-//! `X57.` is a word, `X=expr` a computed one, `R1=expr`, `CR=expr`, `NAME=expr` are assignments, `NAME(…)` a call,
+//! `X57.` is a word, and so is `F=800`; `X=expr` is a computed one, `R1=expr`, `CR=expr`, `NAME=expr` are assignments, `NAME(…)` a call,
 //! `NAME:` a label, other names stand alone. `;` begins a comment; so does a parenthesis that follows no name.
 
 use crate::diag::Span;
@@ -23,7 +23,16 @@ pub(crate) fn token(line: &[u8], at: usize, base: u32, first: bool) -> Token {
     let gap = length_of(blanks, &rest[name..]);
     let after = &rest[name + gap..];
     if after.first() == Some(&b'=') && after.get(1) != Some(&b'=') {
-        let length = name + gap + 1 + expression(&after[1..]);
+        let value = &after[1..][..expression(&after[1..])];
+        let length = name + gap + 1 + value.len();
+        // A feed by a plain number is a word like F800, whose number can be written anew.
+        if name == 1
+            && letter.eq_ignore_ascii_case(&b'F')
+            && let Some((number, digits)) = decimal(value.trim_ascii_start())
+            && digits == value.trim_ascii_start().len()
+        {
+            return made(TokenKind::Word(b'F'), length, number, at, base);
+        }
         let kind = if name == 1 { TokenKind::Computed(letter.to_ascii_uppercase()) } else { TokenKind::Assignment };
         return made(kind, length, 0.0, at, base);
     }
