@@ -301,6 +301,8 @@ fn another_length_of_the_same_tool_is_a_doubt() {
         "G10 L10 P1 R98.\nG43 H1",
         "G49\nG91 G10 L11 P1 R-2.\nG90 G43 H1",
         "#2001=98.\nG43 H1",
+        "#2201=98.\nG43 H1",
+        "#11001=0.1\nG43 H1",
         "T2 M6\nS8000 M3\nG10 L10 P1 R98.\nG43 H2\nT1 M6\nS8000 M3\nG43 H1",
     ] {
         assert!(fanuc(other), "{other}");
@@ -314,6 +316,7 @@ fn another_length_of_the_same_tool_is_a_doubt() {
         "G10 L10 P2 R-1.\nG43 H1",
         "T2 M6\nS8000 M3\nG43 H2",
         "T2 M6\nS8000 M3\nG10 L10 P2 R98.\nG43 H2",
+        "#2002=98.\n#2202=98.\n#11002=0.1\nG43 H1",
         "G49\nM30",
         "G43 H2\nG43 H1",
     ] {

@@ -332,19 +332,39 @@ fn what_is_in_doubt_never_rises_until_the_setup_confirms_it() {
     assert!(doubted(&format!("{rest}{other}")).iter().all(|rises| !*rises), "another doubt is confirmed");
 }
 
-/// The air close to a cut rises with it where entries may rise, and only there: beside a pass that is one block, it would hold all of it.
+/// Air right beside a cut rises with it where entries may rise and clamps are known, in a block that cannot be split: there it would hold all of it.
 #[test]
-fn air_close_to_a_cut_follows_it_where_entries_may_rise() {
-    let close = |raise: &str| {
-        let program = SLOTS.replace("X-10", "X-4").replace("X50", "X44");
-        let all = places(&program, &with("force_xy = 200", &format!("finishing = true\n{raise}")), |_| {});
-        let passes: Vec<Place> = all.into_iter().filter(|place| place.line == 6 || place.line == 10).collect();
-        assert!(passes.iter().any(|place| place.node.cutting && place.rises()));
-        passes.into_iter().filter(|place| !place.node.cutting).map(|place| place.rises()).collect::<Vec<_>>()
+fn air_right_beside_a_cut_follows_it_where_entries_may_rise() {
+    // The far half of the second pass lies over a slot, so that it cuts 1 mm there and 3 mm in the near half: far from the near end feeds may rise more.
+    let program = "G0 X24 Y10 Z2\nG1 Z-2 F900\nX44\nG0 Z2\nX-4\nG1 Z-3 F900\nX44\nG0 Z2\n";
+    let all = |raise: &str, split: bool, clamps: &str| -> Vec<Place> {
+        let limits = with("force_xy = 155\nforce_axial = 155", &format!("finishing = true\n{raise}"));
+        let setup = SETUP.replace("fixtures = \"none\"", clamps);
+        let found = places_by(&format!("{setup}{limits}[output]\nsplit = {split}\n"), program, |_| {});
+        found.into_iter().filter(|place| place.line == 10).collect()
     };
-    let follows = close("entries = true");
-    assert!(!follows.is_empty() && follows.iter().all(|rises| *rises), "{follows:?}");
-    assert!(close("entries = false").iter().all(|rises| !*rises));
+    let none = "fixtures = \"none\"";
+    let pass = all("entries = true", false, none);
+    let cuts: Vec<&Place> = pass.iter().filter(|place| place.node.cutting).collect();
+    let air = |pass: &[Place]| -> Vec<(f64, f64)> {
+        let air = pass.iter().filter(|place| !place.node.cutting);
+        air.map(|place| (place.at[0], place.node.cap.feed_mm_s / place.node.programmed_mm_s)).collect()
+    };
+    let ratio = |place: &Place| place.node.cap.feed_mm_s / place.node.programmed_mm_s;
+    let [first, last] = [ratio(cuts[0]), ratio(cuts[cuts.len() - 1])];
+    assert!(first > 1.05 && last > 1.2 * first, "{first} {last}");
+    for (x, rises) in air(&pass) {
+        let beside = if x < 20.0 { first } else { last };
+        assert!(rises > 1.05 && rises <= 1.001 * beside, "X{x}: {rises}, the cut beside it {beside}");
+    }
+    let refusals = [("entries = false", false, none), ("entries = true", true, none), ("entries = true", false, "")];
+    for (raise, split, clamps) in refusals {
+        let pass = all(raise, split, clamps);
+        assert!(
+            !air(&pass).is_empty() && air(&pass).iter().all(|(_, rises)| *rises <= 1.0),
+            "{raise} {split} {clamps}"
+        );
+    }
 }
 
 #[test]

@@ -268,6 +268,17 @@ fn block_delete_is_safe_in_both_positions() {
     }
 }
 
+/// In inverse time a piece stands for the F that it would have had itself, not for that of the block it was cut from: optimised once more, F10 on a
+/// tenth of the block would be a tenth of the speed. It is rounded up: three times F33.3333 would forbid the F100 that is there.
+#[test]
+fn a_piece_in_inverse_time_stands_for_an_f_of_its_own() {
+    let out = whole("G21 G90\nG0 X0 Y0\nG93\nG1 X120 F10\nG94\nM2\n", Dialect::LinuxCnc, &job(), halves);
+    assert!(out.contains("X60 F10 (FW F10 WAS 20") && out.contains("X120 F40 (FW F40 WAS 20"), "{out}");
+    let third = |toolpath: &Toolpath| schedule(toolpath, |_| vec![0.3], |_, piece| if piece == 0 { 3.0 } else { 1.0 });
+    let out = whole("G21 G90\nG0 X0 Y0\nG93\nG1 X100 F10\nG94\nM2\n", Dialect::LinuxCnc, &job(), third);
+    assert!(out.contains("X30 F100 (FW F100 WAS 33.3334"), "{out}");
+}
+
 #[test]
 fn inverse_time_and_per_revolution_keep_their_unit() {
     let text = "G21 G90\nG0 X0\nG93 G1 X10 F60\nX30 F30\nG94 G1 X40 F600\n";
@@ -280,14 +291,6 @@ fn inverse_time_and_per_revolution_keep_their_unit() {
 }
 
 /// A control that keeps the number reads F100 in front of G95 as 100 mm per turn: it may not have become another.
-/// In inverse time a piece stands for the F that it would have had itself, not for that of the block it was cut from: optimised once more, F10 on a
-/// tenth of the block would be a tenth of the speed.
-#[test]
-fn a_piece_in_inverse_time_stands_for_an_f_of_its_own() {
-    let out = whole("G21 G90\nG0 X0 Y0\nG93\nG1 X120 F10\nG94\nM2\n", Dialect::LinuxCnc, &job(), halves);
-    assert!(out.contains("X60 F10 (FW F10 WAS 20") && out.contains("X120 F40 (FW F40 WAS 20"), "{out}");
-}
-
 #[test]
 fn the_feed_is_restated_before_another_unit_of_feed_without_one() {
     for (dialect, switch) in [(Dialect::Fanuc, "G95\nG1 X20"), (Dialect::LinuxCnc, "G93\nG94\nG1 X20")] {

@@ -216,13 +216,17 @@ pub fn overruled(problem: &Problem, toolpath: &Toolpath) -> Vec<Diagnostic> {
         );
         (text, "lower the minimum, or allow more of the load")
     };
+    minima(&told(problem), problem, toolpath, &said)
+}
+
+/// The conflicts that are told: those with loads, and the others where they are no matter of the beginnings and ends of cuts.
+fn told(problem: &Problem) -> Vec<Conflict> {
     let length_mm = |nodes: &mut dyn Iterator<Item = &Node>| nodes.map(Node::length_mm).sum::<f64>();
     let cutting_mm = length_mm(&mut problem.nodes.iter().filter(|node| node.cutting));
     let (of_loads, others): (Vec<Conflict>, Vec<Conflict>) =
         problem.conflicts.iter().partition(|conflict| conflict.cap.kind.is_load());
     let others_mm = length_mm(&mut others.iter().map(|conflict| &problem.nodes[conflict.node]));
-    let told = if others_mm >= OF_CUTS * cutting_mm { problem.conflicts.clone() } else { of_loads };
-    minima(&told, problem, toolpath, &said)
+    if others_mm >= OF_CUTS * cutting_mm { problem.conflicts.clone() } else { of_loads }
 }
 
 /// Share of the cutting length on which a minimum must lie above how much feeds may change, to be told: where a cut begins and ends chips are thin
@@ -259,8 +263,9 @@ pub fn rubbing(problem: &Problem, toolpath: &Toolpath, job: &Job) -> Option<Diag
 
 /// Minima that the written feeds do not keep because the F word serves another place of the block too.
 pub fn missed(schedule: &Schedule, problem: &Problem, toolpath: &Toolpath) -> Vec<Diagnostic> {
-    let told = |missed: &Conflict| problem.conflicts.binary_search_by_key(&missed.node, |known| known.node).is_ok();
-    let rest: Vec<Conflict> = schedule.missed.iter().filter(|missed| !told(missed)).copied().collect();
+    let told = told(problem);
+    let is_told = |missed: &Conflict| told.binary_search_by_key(&missed.node, |known| known.node).is_ok();
+    let rest: Vec<Conflict> = schedule.missed.iter().filter(|missed| !is_told(missed)).copied().collect();
     let said = |pair: &Pair| {
         let ([lowest, highest], [asks, allows]) = pair.told();
         let text = format!(

@@ -46,6 +46,10 @@ impl Decimal {
     pub fn at_most(value: f64, digits: u32) -> Self {
         Self { units: (value * power(digits) as f64 + 1e-6).floor() as i64, digits }
     }
+    /// The least number of so many digits that is not below a value, but for rounding.
+    pub fn at_least(value: f64, digits: u32) -> Self {
+        Self { units: (value * power(digits) as f64 - 1e-6).ceil() as i64, digits }
+    }
     /// Its value.
     pub fn value(self) -> f64 {
         self.units as f64 / power(self.digits) as f64

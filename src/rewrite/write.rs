@@ -104,7 +104,7 @@ pub struct Writer<'a> {
     pub kept: Vec<(BlockId, String)>,
 }
 
-/// Digits behind the point of the F that a piece would have had in inverse time.
+/// Digits behind the point of the F that a piece would have had in inverse time; rounded up, so that a later run allows what this one allowed.
 const REFERENCE_DIGITS: u32 = 4;
 
 /// Changes of one block while they are gathered.
@@ -542,7 +542,7 @@ impl<'a> Writer<'a> {
         let mut from_mm = 0.0;
         let of_piece = |(piece, _): &(FeedPiece, Feed)| {
             let length_mm = piece.to_mm.min(whole_mm) - std::mem::replace(&mut from_mm, piece.to_mm);
-            self.manner.style.write(Decimal::at_most(of_block * whole_mm / length_mm, REFERENCE_DIGITS))
+            self.manner.style.write(Decimal::at_least(of_block * whole_mm / length_mm, REFERENCE_DIGITS))
         };
         numbers.iter().map(of_piece).collect()
     }

@@ -5,8 +5,8 @@
 //! at less than [`LEAST`] of the lowest feed asked for, makes the piece infeasible: it runs at that lowest feed.
 //!
 //! A feed may rise above the programmed one in a cut only where a load limit applies that some load comes near
-//! ([`super::idle_limits`]), in air only where the engagement map says that the tool touches nothing, or close to a cut whose entry may rise, up to
-//! that cut's cap, and nowhere that [`super::not_raised`] gives a reason against it. Where the setup asks for a confidence, caps leave a margin for the uncertainty of the process model
+//! ([`super::idle_limits`]), in air only where the engagement map says that the tool touches nothing, or right beside a cut whose entry may rise, up
+//! to the cap of that cut, and nowhere that [`super::not_raised`] gives a reason against it. Where the setup asks for a confidence, caps leave a margin for the uncertainty of the process model
 //! ([`super::confidence`]).
 
 use rayon::prelude::*;
@@ -83,13 +83,13 @@ pub fn problem_after(
     let nodes = answers.into_iter().map(|(node, _)| node).collect();
     let mut problem = Problem { nodes, of_move, conflicts, known };
     context.keep_force_rates(&mut problem, &work);
+    approaches(&mut problem, &work, toolpath, &rules, job);
     let touches: Vec<bool> = work.iter().map(|(_, station)| not_raised::touches(*station)).collect();
     not_raised::entries(&mut problem, toolpath, job, &rules, &touches);
     if let Some(earlier) = earlier {
         not_raised::keep_earlier_ends(&mut problem, &earlier);
     }
     slivers(&mut problem);
-    approaches(&mut problem, &rules);
     ramps::apply(&mut problem, toolpath, &rules, job);
     problem
 }
@@ -117,22 +117,45 @@ fn slivers(problem: &mut Problem) {
     }
 }
 
-/// Lets the air close to a cut follow the cut of its block where the setup lets entries rise: a pass that begins and ends beside the stock, in a block
-/// that cannot be split, would else keep its feed as a whole.
-fn approaches(problem: &mut Problem, rules: &Rules) {
+/// Lets air right beside a cut follow that cut, up to its cap, where the setup lets entries rise and knows the clamps, in a block that cannot be split.
+/// A pass that begins and ends beside the stock, as every one in plain language is one block, would else keep its feed as a whole. Where the
+/// stock may stand proud of its shape, the cut begins that much earlier, with the same engagement: its cap holds for that too. `work`: the
+/// station of each node.
+fn approaches(
+    problem: &mut Problem,
+    work: &[(MoveId, Option<&Station>)],
+    toolpath: &Toolpath,
+    rules: &Rules,
+    job: &Job,
+) {
     for (index, range) in problem.of_move.iter().enumerate() {
         let rule = rules.of(MoveId(index as u32));
-        if rule.raise.entries != Some(true) {
+        let can_be_split = job.output.split && toolpath.moves[index].splittable;
+        if rule.raise.entries != Some(true) || can_be_split || !job.fixtures_are_known {
             continue;
         }
-        let nodes = &mut problem.nodes[range.start as usize..range.end as usize];
-        let rises = |node: &&Node| node.free && node.not_raised.is_none() && !node.uncertain;
-        let of_cut = nodes.iter().filter(|node| node.cutting).filter(rises).map(|node| node.cap.feed_mm_s);
-        let highest = of_cut.fold(0.0, f64::max).min(highest_feed(rule).feed_mm_s);
-        for node in nodes.iter_mut().filter(|node| !node.cutting && rises(&&**node)) {
-            if node.cap.kind == LimitKind::Programmed && node.cap.feed_mm_s < highest {
-                node.cap = Bound { feed_mm_s: highest, kind: LimitKind::FeedChange, per_unit: node.programmed_mm_s };
+        let range = range.start as usize..range.end as usize;
+        let (nodes, work) = (&mut problem.nodes[range.clone()], &work[range]);
+        let rises = |node: &Node| node.free && node.not_raised.is_none() && !node.uncertain;
+        let is_close = |k: usize, node: &Node| {
+            let in_air = work[k].1.is_some_and(|station| !station.flags.clear_air);
+            in_air && !node.cutting && rises(node) && node.cap.kind == LimitKind::Programmed
+        };
+        let mut k = 0;
+        while k < nodes.len() {
+            let end = (k..nodes.len()).find(|at| !is_close(*at, &nodes[*at])).unwrap_or(nodes.len());
+            let beside = [k.checked_sub(1), (end < nodes.len()).then_some(end)];
+            let cuts = beside.into_iter().flatten().map(|at| &nodes[at]).filter(|node| node.cutting);
+            let all_rise = cuts.clone().all(rises);
+            let cap_mm_s = cuts.map(|node| node.cap.feed_mm_s).fold(f64::INFINITY, f64::min);
+            let highest = cap_mm_s.min(highest_feed(rule).feed_mm_s);
+            for node in &mut nodes[k..end] {
+                if all_rise && highest.is_finite() && node.cap.feed_mm_s < highest && cap_mm_s.is_finite() {
+                    node.cap =
+                        Bound { feed_mm_s: highest, kind: LimitKind::FeedChange, per_unit: node.programmed_mm_s };
+                }
             }
+            k = end.max(k) + 1;
         }
     }
 }
@@ -189,8 +212,8 @@ impl Context<'_> {
             not_raised::hold_at_programmed(&mut node, why);
         }
         node.floor.feed_mm_s = node.floor.feed_mm_s.min(node.cap.feed_mm_s);
-        // Where entries, plunges and the like keep their feed, a minimum is not expected to raise it.
-        let expected = node.not_raised.is_none_or(|why| why == NotRaised::NoLoadLimit);
+        // Where entries, plunges and the like keep their feed, a minimum is not expected to raise it; below a load limit it is told all the same.
+        let expected = node.not_raised.is_none_or(|why| why == NotRaised::NoLoadLimit) || node.cap.kind.is_load();
         let short = asked.filter(|floor: &Bound| expected && node.cap.feed_mm_s < floor.feed_mm_s * (1.0 - SHORT));
         let conflict = short.map(|floor| (floor, node.cap));
         (node, conflict)

@@ -127,17 +127,18 @@ fn parts(toolpath: &Toolpath, steps: &[Step]) -> Vec<Option<(u32, StepLimit)>> {
     parts
 }
 
-/// A text as it is read back.
-fn read(text: &str, dialect: Dialect, job: &Job) -> (Program, Toolpath) {
+/// A text as it is read back; `top_mm`: top of the stock, above which the tool is at first.
+fn read(text: &str, dialect: Dialect, job: &Job, top_mm: f64) -> (Program, Toolpath) {
     let program = nc::parse(text.as_bytes().to_vec(), Some(dialect));
-    let environment = Environment::from_job(job);
+    let mut environment = Environment::from_job(job);
+    environment.clear_z_mm += top_mm.max(0.0);
     let toolpath = nc::interpret(&program, &nc::unit::with_its_unit(&program, environment, Some(job)));
     (program, toolpath)
 }
 
 /// The motions on passes of a text as they are read back, in order; `steps`: the motions it was written from.
 pub fn passes_of(text: &str, dialect: Dialect, job: &Job, steps: &[Step]) -> Vec<Curve> {
-    let (_, toolpath) = read(text, dialect, &with_saved_stock(job));
+    let (_, toolpath) = read(text, dialect, &with_saved_stock(job), 0.0);
     let parts = parts(&toolpath, steps);
     let on_pass = toolpath.moves.iter().zip(&parts);
     let on_pass = on_pass.filter(|(motion, part)| part.is_some() && motion.kind == MoveKind::Feed);
@@ -160,7 +161,7 @@ impl Simulated {
     /// Reads and simulates a text; `piece`: the stock.
     pub fn new(text: &str, dialect: Dialect, job: &Job, piece: &Piece) -> Result<Self, EngageError> {
         let job = with_saved_stock(job);
-        let (program, toolpath) = read(text, dialect, &job);
+        let (program, toolpath) = read(text, dialect, &job, piece.field.extent.max.z);
         let bytes = saved::to_bytes(piece, Vec3::zeros());
         let load = |_: &Path| Ok(bytes.clone());
         let cell_mm = piece.field.cell[0].max(piece.field.cell[1]);

@@ -178,9 +178,11 @@ pub fn run(
         stock_mm: thickest_mm,
         safe_mm: safe(surface, job, thickest_mm).max(piece.field.extent.max.z.max(top_mm) + ABOVE_MM),
     };
-    if matches!(dialect, Dialect::Fanuc | Dialect::Haas) && text::program_number(&ask.name).is_none() {
-        let number = text::UNNAMED;
-        notes.push(format!("the program is O{number:04}: with a number in the name of its file it has that one"));
+    if matches!(dialect, Dialect::Fanuc | Dialect::Haas) {
+        let number = text::program_number(&ask.name).unwrap_or(text::UNNAMED);
+        notes.push(format!(
+            "the program is O{number:04}: the only number in the name of its file if it is below 8000, else O0001"
+        ));
     }
     let head = |notes: Vec<String>| Head { name: ask.name.clone(), dialect, inch, tool: tool.number, rps, notes };
     // Passes of one height leave out what is shallower.

@@ -35,10 +35,14 @@ pub struct Head {
 /// Number of a program of Fanuc or Haas whose name has none; these controls know programs by their number.
 pub const UNNAMED: u32 = 1;
 
-/// Number of a program of Fanuc or Haas from the digits of the name of its file, 1 to 9999: `part1234` is O1234.
+/// Largest number of a user's program: from 8000 on they are protected or the machine builder's.
+const MOST_NUMBER: u32 = 7999;
+
+/// Number of a program of Fanuc or Haas from the only number in the name of its file: `part1234` is O1234.
 pub fn program_number(name: &str) -> Option<u32> {
-    let digits: String = name.chars().filter(char::is_ascii_digit).collect();
-    digits.parse().ok().filter(|number| (1..=9999).contains(number))
+    let mut numbers = name.split(|letter: char| !letter.is_ascii_digit()).filter(|digits| !digits.is_empty());
+    let only = numbers.next().filter(|_| numbers.next().is_none())?;
+    only.parse().ok().filter(|number| (1..=MOST_NUMBER).contains(number))
 }
 
 /// Name of a program in plain language: letters, digits and `_` of the name of its file.
@@ -422,7 +426,9 @@ mod tests {
             ("die", None),
             ("part0", None),
             ("a12345", None),
-            ("v2-part7", Some(27)),
+            ("v2-part7", None),
+            ("p7999", Some(7999)),
+            ("p8000", None),
         ] {
             assert_eq!(program_number(name), number, "{name}");
         }

@@ -119,7 +119,10 @@ impl Family for Rs274 {
             3006 if macro_b => run.doubt(Doubt::ProgramStop, place),
             5161..=5390 => run.doubt(Doubt::ZeroShift, place),
             7001..=7946 | 14001..=14386 if macro_b => run.doubt(Doubt::ZeroShift, place),
-            2001..=2400 | 10001..=13999 if macro_b => run.length_is_written(None),
+            // Lengths by their H: wear and geometry; from 12001 on radii, of which it is not known whose they are.
+            2001..=2400 if macro_b => run.length_is_written(Some((number - 2001) % 200 + 1)),
+            10001..=11999 if macro_b => run.length_is_written(Some((number - 10001) % 1000 + 1)),
+            12001..=13999 if macro_b => run.length_is_written(None),
             _ => {}
         }
     }

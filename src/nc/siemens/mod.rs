@@ -51,6 +51,10 @@ impl Family for Siemens {
         let place = words.g.iter().find(|(code, _)| shifts(*code)).map(|(_, place)| *place);
         let alone = ![0, 10, 20, 30].iter().any(|code| words.has_g(*code));
         let Some(place) = place.filter(|_| alone) else { return false };
+        if words.has_any(b"FSTMDH") {
+            // Nothing of the block takes effect here.
+            run.doubt_of_unread(place);
+        }
         run.lose_frame(place, "a shift by G58 or G59", "TRANS with the sum of the shifts is followed");
         true
     }
