@@ -17,8 +17,8 @@ pub enum Want {
     Nothing,
     /// Its bytes and the feed it was written for; why.
     Keep(&'static str),
-    /// These feeds, in order along its move; one for the whole block ends at infinity. Of a block of several moves: feeds of the first, whose F gives
-    /// every other what it may have ([`crate::nc::Feed::over_contour`]).
+    /// These feeds, in order along its move; one for the whole block ends at infinity. Of a block of several moves it is the feed of
+    /// the first; the others run at the same F, on a compensated arc with another feed ([`crate::nc::Feed::over_contour`]).
     Feeds(Vec<FeedPiece>),
 }
 

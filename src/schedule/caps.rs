@@ -6,7 +6,8 @@
 //!
 //! A feed may rise above the programmed one in a cut only where a load limit applies that some load comes near
 //! ([`super::idle_limits`]), in air only where the engagement map says that the tool touches nothing, or right beside a cut whose entry may rise, up
-//! to the cap of that cut, and nowhere that [`super::not_raised`] gives a reason against it. Where the setup asks for a confidence, caps leave a margin for the uncertainty of the process model
+//! to the cap of that cut, and nowhere that [`super::not_raised`] gives a reason against it. Where the setup asks for a confidence, caps leave a
+//! margin for the uncertainty of the process model
 //! ([`super::confidence`]).
 
 use rayon::prelude::*;
@@ -147,15 +148,12 @@ fn approaches(
             let beside = [k.checked_sub(1), (end < nodes.len()).then_some(end)];
             let cuts = beside.into_iter().flatten().map(|at| &nodes[at]).filter(|node| node.cutting);
             let all_rise = cuts.clone().all(rises);
-            let cap_mm_s = cuts.map(|node| node.cap.feed_mm_s).fold(f64::INFINITY, f64::min);
-            let highest = cap_mm_s.min(highest_feed(rule).feed_mm_s);
-            for node in &mut nodes[k..end] {
-                if all_rise && highest.is_finite() && node.cap.feed_mm_s < highest && cap_mm_s.is_finite() {
-                    node.cap =
-                        Bound { feed_mm_s: highest, kind: LimitKind::FeedChange, per_unit: node.programmed_mm_s };
-                }
+            let lowest_cap = cuts.map(|node| node.cap.feed_mm_s).min_by(f64::total_cmp).filter(|_| all_rise);
+            let highest = lowest_cap.unwrap_or(0.0).min(highest_feed(rule).feed_mm_s);
+            for node in nodes[k..end].iter_mut().filter(|node| node.cap.feed_mm_s < highest) {
+                node.cap = Bound { feed_mm_s: highest, kind: LimitKind::FeedChange, per_unit: node.programmed_mm_s };
             }
-            k = end.max(k) + 1;
+            k = end + 1;
         }
     }
 }

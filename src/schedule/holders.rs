@@ -40,7 +40,7 @@ pub fn holders(problem: &Problem, toolpath: &Toolpath, pieces: &[FeedPiece]) -> 
     piece_of.iter().enumerate().map(holder).collect()
 }
 
-/// Of two nodes that under which F must be lower, of equal ones the cut; the cap of a node whose feed may not change is its programmed feed.
+/// Keeps the node whose cap asks for the lower F, and of equal ones the cut; the cap of a node whose feed may not change is its programmed feed.
 fn lower(order: &dyn Fn(usize) -> (f64, bool), least: &mut Option<usize>, index: usize) {
     if least.is_none_or(|known| order(index) < order(known)) {
         *least = Some(index);

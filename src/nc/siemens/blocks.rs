@@ -315,7 +315,7 @@ impl Interpreter<'_, Siemens> {
             6410..=6450 => self.modal.path_mode = PathMode::Continuous,
             700 | 7000 => self.modal.inch = true,
             710 | 7100 => self.modal.inch = false,
-            580 | 590 if words.has_any(b"XYZ") && ![0, 10, 20, 30].iter().any(|code| words.has_g(*code)) => {}
+            580 | 590 if shifts_frame(words) => {}
             5000 | 5050..=5990 => self.select_wcs(code, words),
             3310 | 3320 => self.modal.motion = Motion::Synchronised,
             4500 | 4510 | 6010..=6030 | 9010 | 9020 => {}
@@ -324,6 +324,12 @@ impl Interpreter<'_, Siemens> {
         }
         Setting::Done
     }
+}
+
+/// Is it G58 or G59 with axis words and without a motion? That shifts the programmable frame by axis (Programming Manual Fundamentals, G58, G59).
+pub(super) fn shifts_frame(words: &Words) -> bool {
+    let moves = [0, 10, 20, 30].iter().any(|code| words.has_g(*code));
+    (words.has_g(580) || words.has_g(590)) && words.has_any(b"XYZ") && !moves
 }
 
 /// Does a name of this control put something in force, and neither call nor jump?

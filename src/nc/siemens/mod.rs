@@ -45,12 +45,10 @@ impl Family for Siemens {
         run.siemens_setting(code, words)
     }
 
-    /// G58 and G59 with axis words alone shift the programmable frame by axis (Programming Manual Fundamentals, G58, G59); this is not followed.
+    /// A shift by G58 or G59 is not followed.
     fn takes_all_words(run: &mut Interpreter<'_, Self>, words: &Words) -> bool {
-        let shifts = |code: u16| (code == 580 || code == 590) && words.has_any(b"XYZ");
-        let place = words.g.iter().find(|(code, _)| shifts(*code)).map(|(_, place)| *place);
-        let alone = ![0, 10, 20, 30].iter().any(|code| words.has_g(*code));
-        let Some(place) = place.filter(|_| alone) else { return false };
+        let place = words.g.iter().find(|(code, _)| matches!(code, 580 | 590)).map(|(_, place)| *place);
+        let Some(place) = place.filter(|_| blocks::shifts_frame(words)) else { return false };
         if words.has_any(b"FSTMDH") {
             // Nothing of the block takes effect here.
             run.doubt_of_unread(place);
