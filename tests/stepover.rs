@@ -16,6 +16,7 @@ use feedwright::nc::{self, Dialect, Environment, MoveKind};
 use feedwright::path::Vec3;
 use feedwright::setup;
 use feedwright::stock::Mesh;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 const SETUP: &str = "programs/mould.setup.toml";
@@ -661,6 +662,31 @@ fn scallops_at_the_foot_and_the_edge_of_a_wall_are_held() {
     let is_held = varying["unmet"].as_array().unwrap().is_empty();
     assert_eq!(out.status.code(), Some(i32::from(!is_held)), "{varying}");
     assert!(is_held == (varying["left"]["beyond_mm2"] == 0.0 && varying["scallop_beyond_percent"] == 0.0), "{varying}");
+}
+
+/// A block with a hole of 3 mm radius, from above: at the rim passes end askew and leave more than between them, so that they lie closer there.
+/// Elsewhere they stay as far apart as the limit allows on level ground, √(8·3·0.01) mm.
+#[test]
+fn a_rim_lowers_the_limit_about_itself_alone() {
+    let block = surfaces::sheet([96, 4], |u, v| {
+        let (sin, cos) = (-u * TAU).sin_cos();
+        let out = f64::min(8.0 / cos.abs().max(1e-9), if sin > 0.0 { 20.0 } else { 6.0 } / sin.abs().max(1e-9));
+        let [radius, z] = [[3.0, -8.0], [3.0, 0.0], [out, 0.0], [out, -8.0], [3.0, -8.0]][(4.0 * v).round() as usize];
+        [8.0 + radius * cos, 6.0 + radius * sin, z]
+    });
+    let (folder, out) = planned(&block, &["--feed", "960", "--reference-force", "60"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let mut rows: Vec<f64> = tips(folder.path()).iter().filter(|tip| tip.z.abs() < 1e-6).map(|tip| tip.y).collect();
+    rows.sort_by(f64::total_cmp);
+    rows.dedup_by(|a, b| (*a - *b).abs() < 2e-3);
+    let steps = |from: f64, to: f64| {
+        let near = rows.windows(2).filter(move |two| (from..to).contains(&two[0]));
+        near.map(|two| two[1] - two[0]).fold([f64::INFINITY, 0.0], |[low, high], mm| [low.min(mm), high.max(mm)])
+    };
+    let [[at_rim, _], [least, most]] = [steps(1.0, 9.0), steps(15.1, 25.0)];
+    println!("{at_rim:.3} mm at the rim, {least:.3} to {most:.3} mm elsewhere");
+    let level = f64::sqrt(8.0 * 3.0 * 0.01);
+    assert!(at_rim < 0.95 * level && least > 0.99 * level && most < 1.005 * level, "{at_rim} {least} {most}");
 }
 
 /// From a floor to a wall of 5 mm: no motion, leads and links included, comes closer to the wall's edge than the radius.

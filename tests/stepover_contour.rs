@@ -9,6 +9,7 @@ use assert_cmd::Command;
 use feedwright::finish::stepover::contour;
 use feedwright::finish::stepover::drop::Dropper;
 use feedwright::finish::stepover::levels::Grid;
+use feedwright::finish::stepover::lowered::Lowered;
 use feedwright::finish::stepover::passes::Requirements;
 use feedwright::finish::stepover::plan::{Plan, StepLimit};
 use feedwright::finish::stepover::reach::{Bounds, ToolOnSurface};
@@ -63,7 +64,9 @@ fn plan_for(triangles: &Triangles, shape: Shape, scallop_mm: f64, shallowest_deg
     let (low, high) = (surface.extent.min, surface.extent.max);
     let grid = Grid::new(&dropper, [low.x, low.y], [high.x, high.y], 0.5);
     let bounds = Bounds { scallop_mm, least_mm: 0.02 * shape.radius_mm(), largest_mm: shape.radius_mm() };
-    let required = Requirements { bounds, reference_n: 1e6, feeds_mm_s: vec![16.0], turn: 0.0, constant: None };
+    let lowered = Lowered::nowhere(shape.radius_mm());
+    let required =
+        Requirements { bounds, lowered, reference_n: 1e6, feeds_mm_s: vec![16.0], turn: 0.0, constant: None };
     contour::plan(&on_surface, &Steep::new(grid, shallowest_deg.to_radians()), &required)
 }
 

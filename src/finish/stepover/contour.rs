@@ -69,7 +69,7 @@ struct Below {
 }
 
 /// Converts step-over bounds along the surface to bounds seen from above.
-pub fn bounds_at(bounds: &Bounds, contact: &Contact) -> Bounds {
+pub fn along_surface(bounds: &Bounds, contact: &Contact) -> Bounds {
     let lean = contact.normal.z.max(UPRIGHT);
     Bounds { least_mm: lean * bounds.least_mm, largest_mm: lean * bounds.largest_mm, ..*bounds }
 }
@@ -269,7 +269,7 @@ fn allowed(
     let down = downhill(&contact)?;
     let ways = [heading(down), down];
     let slope = contact.normal.x.hypot(contact.normal.y) / contact.normal.z.max(UPRIGHT);
-    let bounds = bounds_at(&required.bounds, &contact);
+    let bounds = along_surface(&required.bounds_at(p), &contact);
     let drop = |by_mm: f64| on_surface.dropper.drop([0, 1].map(|axis| p[axis] + by_mm * down[axis]));
     let goes_down = |c: &Contact| steep.holds(c) && c.normal.x * down[0] + c.normal.y * down[1] > 0.0;
     let on = |by_mm: f64| drop(by_mm).is_some_and(|contact| goes_down(&contact));

@@ -8,6 +8,7 @@ use super::drop::{Contact, Dropper};
 use super::earlier::Earlier;
 use super::layout::{Layout, PassArea};
 use super::left::{Left, Places};
+use super::lowered::Lowered;
 use super::passes::{Constant, Requirements};
 use super::path::{self, Drawing, Step};
 use super::plan::{Plan, Spot, beyond_mm, is_beyond};
@@ -133,7 +134,7 @@ pub fn run(
             "correct --least-step-over and --largest-step-over; the largest is the radius of the tool when absent",
         ));
     }
-    let mut below_mm = preconditions::below_mm(ask)?;
+    let below_mm = preconditions::below_mm(ask)?;
     let material = job.material(tool).ok_or_else(|| {
         Refusal::new("the setup names no material", "give [stock] material, or a [material] table with coefficients")
     })?;
@@ -162,7 +163,8 @@ pub fn run(
     let apart_mm = (area / PLACES).sqrt();
     let places = pass_area.places(apart_mm);
     let thickest_mm = preconditions::thickest(&on_surface, &places, most_mm)?;
-    let required = Requirements { bounds, reference_n, feeds_mm_s, turn: ask.layout.turn(), constant: None };
+    let lowered = Lowered::nowhere(shape.radius_mm());
+    let required = Requirements { bounds, lowered, reference_n, feeds_mm_s, turn: ask.layout.turn(), constant: None };
     let around = around.filter(|_| left.is_none());
     let top_mm = around.as_ref().map_or(f64::NEG_INFINITY, |around| around.piece.field.extent.max.z);
     let piece = left.unwrap_or_else(|| check::stock(surface, ask.stock_mm));
@@ -205,22 +207,26 @@ pub fn run(
     };
     let over_mm = |drawn: &Drawn| beyond_by(drawn.plan.largest_scallop_mm());
     // Between the places of the plan, and along ends askew to the passes, those side by side may leave more than at them.
-    let anywhere_mm = |drawn: &Drawn| match ask.layout {
-        Layout::Parallel { .. } => over_mm(drawn).max(beyond_by(drawn.left.most_mm)),
-        Layout::Contour { .. } => over_mm(drawn),
+    let above = |drawn: &Drawn| {
+        let spots = drawn.plan.passes.iter().flat_map(|pass| pass.stretches.iter().flatten());
+        let spots = spots.map(|spot| (spot.at, spot.scallop_mm)).filter(|(_, mm)| is_beyond(*mm, ask.scallop_mm));
+        let between = drawn.left.above.iter().copied().filter(|_| matches!(ask.layout, Layout::Parallel { .. }));
+        spots.chain(between).collect::<Vec<_>>()
     };
-    let (mut varying, mut everywhere_mm): (Option<Drawn>, Option<Vec<[f64; 2]>>) = (None, None);
+    let most_mm = |above: &[([f64; 2], f64)]| above.iter().map(|(_, mm)| *mm).fold(0.0, f64::max);
+    let mut varying: Option<(f64, Drawn)> = None;
+    let mut everywhere_mm: Option<Vec<[f64; 2]>> = None;
+    let mut lower =
+        Requirements { bounds: Bounds { scallop_mm: ask.scallop_mm - below_mm, ..bounds }, ..required.clone() };
     for _ in 0..PLANS {
-        let lower = Bounds { scallop_mm: ask.scallop_mm - below_mm, ..bounds };
-        let plan = pass_area.plan(&on_surface, &Requirements { bounds: lower, ..required.clone() }, &drawing);
+        let plan = pass_area.plan(&on_surface, &lower, &drawing);
         everywhere_mm.get_or_insert_with(|| plan.everywhere_mm.clone());
         let drawn = draw(plan, top, said.clone());
-        let over_mm = anywhere_mm(&drawn);
-        if varying.as_ref().is_none_or(|best| over_mm < anywhere_mm(best)) {
-            varying = Some(drawn);
+        let above = above(&drawn);
+        if varying.as_ref().is_none_or(|(best_mm, _)| most_mm(&above) < *best_mm) {
+            varying = Some((most_mm(&above), drawn));
         }
-        below_mm += over_mm;
-        if over_mm == 0.0 || below_mm >= ask.scallop_mm {
+        if !lower.lowered.lower(&above, ask.scallop_mm) {
             break;
         }
     }
@@ -238,7 +244,8 @@ pub fn run(
         let narrower = (1.0 + over_mm / ask.scallop_mm).sqrt().recip();
         everywhere_mm.iter_mut().flatten().for_each(|step_mm| *step_mm *= narrower);
     }
-    let varying = varying.filter(|drawn| drawn.plan.passes.iter().any(|pass| !pass.stretches.is_empty()));
+    let varying =
+        varying.map(|(_, drawn)| drawn).filter(|drawn| drawn.plan.passes.iter().any(|pass| !pass.stretches.is_empty()));
     let varying = varying.ok_or_else(|| {
         Refusal::new(
             "no part of the surface can be machined from above with this tool",
@@ -290,8 +297,8 @@ pub fn run(
 const CLEAR_IT: &str =
     "clear it first, and give what then is left as [stock] saved = …, or mesh and stock of the whole part";
 
-/// Most plans, each for a limit lower by as much as the written passes of the one before exceed the one that is asked for; of these the one
-/// that exceeds it least is written. And most plans of a constant step-over.
+/// Most plans, each for a limit lower where the written passes of the one before exceed the one that is asked for, by as much; of these the
+/// one that exceeds it least is written. And most plans of a constant step-over.
 const PLANS: u32 = 3;
 
 /// A place rotated about Z, counter-clockwise.

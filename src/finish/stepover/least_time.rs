@@ -15,7 +15,7 @@
 //! It counts the area between the outermost passes alone, without leads, links, corners, accelerations or overlapping
 //! passes. The surface within a step-over is approximated as in the plan: straight along the feed, a circle across it.
 
-use super::contour::{bounds_at, heading};
+use super::contour::{along_surface, heading};
 use super::levels::downhill;
 use super::passes::Requirements;
 use super::reach::{Bounds, Place, ToolOnSurface};
@@ -76,7 +76,7 @@ impl<const N: usize> Over<'_, N> {
     pub fn least_of_one_height_s(&self) -> [f64; N] {
         let time = |(p, area): &Place| {
             let Some(contact) = self.on_surface.dropper.drop(*p) else { return [0.0; N] };
-            let bounds = bounds_at(&self.required[0].bounds, &contact);
+            let bounds = along_surface(&self.required[0].bounds, &contact);
             let down = downhill(&contact);
             let way = |down| (heading(down), down);
             let rates = down.and_then(|down| rates(self.on_surface, *p, way(down), (self.required, &bounds)));

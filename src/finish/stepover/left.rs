@@ -46,7 +46,7 @@ pub struct Places {
 }
 
 /// What passes leave on the surface where the tool reaches it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Left {
     /// Area that the tool reaches, mm².
     pub reached_mm2: f64,
@@ -58,6 +58,8 @@ pub struct Left {
     pub most_mm: f64,
     /// Where that is, in the work frame, mm.
     pub at: Vec3,
+    /// Where the tool would touch the places on which more is left than the limit, in the plane of the plan, and what is left there, mm.
+    pub above: Vec<([f64; 2], f64)>,
 }
 
 /// Area out of reach of the tool.
@@ -118,19 +120,26 @@ impl Places {
             let Contact { point, normal, .. } = place.contact;
             let stock = stock_mm(&place.contact);
             let left = distance_mm(&near, self.shape, turned(point), turned(normal)).min(stock);
-            (left, left > limit_mm + place.at_best_mm, stock > limit_mm && left >= UNCUT * stock, turned(point))
+            (left, left > limit_mm + place.at_best_mm, stock > limit_mm && left >= UNCUT * stock)
         };
-        let reached =
-            self.each.par_iter().filter(|place| place.at_best_mm <= tolerance_mm && place.contact.normal.z <= most_z);
-        let heights: Vec<(f64, bool, bool, Vec3)> = reached.map(|place| height(&place)).collect();
+        let reached: Vec<&Place> = self
+            .each
+            .iter()
+            .filter(|place| place.at_best_mm <= tolerance_mm && place.contact.normal.z <= most_z)
+            .collect();
+        let heights: Vec<(f64, bool, bool)> = reached.par_iter().map(height).collect();
         let area = |count: usize| count as f64 * self.area_mm2;
-        let most = heights.iter().reduce(|a, b| if b.0 > a.0 { b } else { a });
+        let each = || heights.iter().zip(&reached);
+        let most = each().reduce(|a, b| if b.0.0 > a.0.0 { b } else { a });
+        let touched = |place: &Place| touching(self.shape, place.contact.point, place.contact.normal);
+        let above = each().filter(|((left, ..), _)| *left > limit_mm);
         Left {
             reached_mm2: area(heights.len()),
-            beyond_mm2: area(heights.iter().filter(|(_, beyond, ..)| *beyond).count()),
-            uncut_mm2: area(heights.iter().filter(|(.., uncut, _)| *uncut).count()),
-            most_mm: most.map_or(0.0, |(left, ..)| *left),
-            at: most.map_or(Vec3::zeros(), |(.., at)| *at),
+            beyond_mm2: area(heights.iter().filter(|(_, beyond, _)| *beyond).count()),
+            uncut_mm2: area(heights.iter().filter(|(.., uncut)| *uncut).count()),
+            most_mm: most.map_or(0.0, |((left, ..), _)| *left),
+            at: most.map_or(Vec3::zeros(), |(_, place)| turned(place.contact.point)),
+            above: above.map(|((left, ..), place)| (touched(place).xy().into(), *left)).collect(),
         }
     }
 }

@@ -26,6 +26,7 @@ pub mod least_straight;
 pub mod least_time;
 pub mod left;
 pub mod levels;
+pub mod lowered;
 pub mod near;
 pub mod order;
 pub mod passes;

@@ -21,6 +21,7 @@
 
 use super::columns::{Columns, HALVINGS, is_on};
 use super::drop::Dropper;
+use super::lowered::Lowered;
 use super::path::{Drawing, as_written};
 use super::plan::{Pass, Plan, Spot, StepLimit};
 use super::reach::{Bounds, Reach, ToolOnSurface};
@@ -38,6 +39,8 @@ use rayon::prelude::*;
 pub struct Requirements {
     /// Bounds of step-over and scallop.
     pub bounds: Bounds,
+    /// Where the scallop limit is lower.
+    pub lowered: Lowered,
     /// Reference force, which is not exceeded, N.
     pub reference_n: f64,
     /// Feeds to choose from, mm/s, the largest last.
@@ -49,6 +52,11 @@ pub struct Requirements {
 }
 
 impl Requirements {
+    /// The bounds at a place in the plane.
+    pub fn bounds_at(&self, at: [f64; 2]) -> Bounds {
+        Bounds { scallop_mm: self.lowered.share(at) * self.bounds.scallop_mm, ..self.bounds }
+    }
+
     /// Highest feed with at most the reference force, mm/s, between [`FEED_CHANGE_MIN`] times the largest feed and the
     /// largest feed.
     pub fn fastest_mm_s(&self, line: &LoadLine) -> f64 {
@@ -121,7 +129,8 @@ pub fn plan(on_surface: &ToolOnSurface, columns: &Columns, required: &Requiremen
                 None => {
                     // Where the pass ends beside the column, the surface may allow less than in it.
                     let places = [at].into_iter().chain(ends[i].iter().flatten().copied());
-                    let reach = |p: [f64; 2]| Some((p, on_surface.reach(p, (ahead[i], [0.0, 1.0]), &required.bounds)?));
+                    let reach =
+                        |p: [f64; 2]| Some((p, on_surface.reach(p, (ahead[i], [0.0, 1.0]), &required.bounds_at(p))?));
                     let reaches: Vec<([f64; 2], Reach)> = places.filter_map(reach).collect();
                     if !reaches.is_empty() {
                         allowed = Allowed::least(reaches, required);
@@ -247,9 +256,12 @@ fn shorten(
     left: &[Spot],
     (required, shortest): (&Requirements, f64),
 ) -> bool {
-    let limit_mm = required.bounds.scallop_mm;
     let mut shorter = false;
-    for spot in left.iter().filter(|spot| spot.beside.is_some() && spot.scallop_mm > (1.0 + OVER) * limit_mm) {
+    for spot in left.iter().filter(|spot| spot.beside.is_some()) {
+        let limit_mm = required.bounds_at(spot.at).scallop_mm;
+        if spot.scallop_mm <= (1.0 + OVER) * limit_mm {
+            continue;
+        }
         // Where a pass ends beside a column, that one alone has a step-over.
         let Some(i) = columns.beside(spot.at[0]).into_iter().find(|i| !allowed[*i].steps.is_empty()) else { continue };
         let least_mm = required.bounds.least_mm.max(shortest * (first[i] - curve[i]));
@@ -509,6 +521,7 @@ mod tests {
             .collect();
         let required = Requirements {
             bounds: Bounds { scallop_mm: 0.01, least_mm: 0.1, largest_mm: 2.0 },
+            lowered: Lowered::nowhere(3.0),
             reference_n: 10.0,
             feeds_mm_s: vec![10.0],
             turn: 0.0,
