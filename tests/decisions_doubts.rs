@@ -541,6 +541,76 @@ fn after_g80_group_one_is_in_force_again() {
     }
 }
 
+/// A cut in a loop or a routine that the control may run again, deeper: what decides it, the dialect. The first cut comes before that in the order
+/// of execution, and keeps its feed all the same.
+const AGAIN: [(&str, &str, Dialect); 17] = [
+    ("jump back", "N7 CUT\nIF[#1 LT #500]GOTO7", Dialect::Fanuc),
+    ("computed target", "N7 CUT\nGOTO#500", Dialect::Fanuc),
+    ("a number taken over", "N7 CUT\n#2=#500\nIF[#1 LT #2]GOTO7", Dialect::Fanuc),
+    ("through a later jump", "N7 CUT\nIF[#500 EQ 1]GOTO9\nGOTO20\nN9 GOTO7\nN20", Dialect::Fanuc),
+    ("WHILE", "#3=0\nWHILE[#3 LT 1]DO1\nCUT\nIF[#500 EQ 1]THEN #3=-5\n#3=#3+1\nEND1", Dialect::Fanuc),
+    ("M99 P", "N7 CUT\nM99 P7", Dialect::Fanuc),
+    ("routine of any number", "M98 P82\nM98 P#500\nM30\nO82\nCUT\nM99", Dialect::Fanuc),
+    ("macro of any number", "M98 P82\nG65 P#500\nM30\nO82\nCUT\nM99", Dialect::Haas),
+    ("do while", "o1 do\nCUT\no1 while [#1 LT #<_passes>]", Dialect::LinuxCnc),
+    ("routine by a variable", "o5 sub\nCUT\no5 endsub\no5 call\no#50 call", Dialect::LinuxCnc),
+    ("GOTOB", "AA: CUT\nIF R1<R50 GOTOB AA", Dialect::Siemens),
+    ("GOTOC", "AA: CUT\nGOTOC \"A\"<<R50", Dialect::Siemens),
+    ("CASE", "AA: CUT\nCASE R50 OF 1 GOTOB AA DEFAULT GOTOF BB\nBB: G0 Z5", Dialect::Siemens),
+    ("REPEAT", "AA: CUT\nXX: R1=R1+1\nREPEAT AA XX P=R50", Dialect::Siemens),
+    ("CALL BLOCK", "AA: CUT\nXX: R1=R1+1\nCALL BLOCK AA TO XX", Dialect::Siemens),
+    ("UNTIL", "REPEAT\nCUT\nUNTIL R1>R50", Dialect::Siemens),
+    ("LOOP", "LOOP\nCUT\nIF R50==0 GOTOF BB\nENDLOOP\nBB: G0 Z5", Dialect::Siemens),
+];
+
+#[test]
+fn what_may_run_again_is_in_doubt_from_its_first_run_on() {
+    for (name, body, dialect) in AGAIN {
+        let text = |body: &str| format!("G21 G90 G17\nT1 M6\nS8000 M3\nG0 X0 Y10 Z5\n{body}\nG0 Z50\nM30\n");
+        let path = read(&text(&body.replace("CUT", "G1 X48 F600")), dialect, &bare());
+        let cut = path.iter_moves().find(|(_, motion)| motion.kind == MoveKind::Feed).map(|(id, _)| id);
+        let cut = cut.unwrap_or_else(|| panic!("{name}: no cut"));
+        assert!(path.doubts_at(cut).next().is_some(), "{name}: {:?}", path.diagnostics);
+    }
+    // What the program decides itself is no doubt, however it runs.
+    let known: [(&str, Dialect, usize); 6] = [
+        ("#1=0\nN7 #1=#1+1\nCUT\nIF[#1 LT 3]GOTO7", Dialect::Fanuc, 3),
+        ("#1=0\nN7 #1=#1+1\nIF[#1 GT 2]GOTO9\nCUT\nM99 P7\nN9", Dialect::Fanuc, 2),
+        ("M98 P82\nM98 P82 Q5\nM30\nO82\nCUT\nN5 CUT\nM99", Dialect::Fanuc, 3),
+        ("#1=82\nM98 P#1\nM30\nO82\nCUT\nM99", Dialect::Fanuc, 1),
+        ("R1=0\nAA: CUT\nR1=R1+1\nIF R1<2 GOTOB AA", Dialect::Siemens, 2),
+        ("AA: CUT\nXX: R1=1\nREPEAT AA XX P=2", Dialect::Siemens, 3),
+    ];
+    for (body, dialect, cuts) in known {
+        let text = format!(
+            "G21 G90 G17\nT1 M6\nS8000 M3\nG0 X0 Y10 Z5\n{}\nG0 Z50\nM30\n",
+            body.replace("CUT", "G1 X48 F600")
+        );
+        let path = read(&text, dialect, &Environment { start_mm: Some(Vec3::zeros()), ..bare() });
+        let made = path.iter_moves().filter(|(_, motion)| motion.kind == MoveKind::Feed).count();
+        assert_eq!(made, cuts, "{body}: {:?}", path.diagnostics);
+        assert!(path.doubts.is_empty(), "{body}: {:?}", path.doubts);
+    }
+}
+
+/// The same in plain language.
+#[test]
+fn what_plain_language_may_run_again_is_in_doubt_too() {
+    let text = |body: &str| {
+        format!(
+            "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 L X+0 Y+10 Z+5 R0 FMAX M3\n3 LBL 5\n4 L X+48 R0 F600\n5 L X+0 R0 F600\n{body}\n\
+             7 L Z+50 R0 FMAX\n8 M30\n9 END PGM A MM\n"
+        )
+    };
+    for body in ["6 CALL LBL 5 REP Q50", "6 FN 9: IF +Q1 EQU +Q50 GOTO LBL 5", "6 LBL 0\nCALL LBL Q50"] {
+        let path = read(&text(body), Dialect::Heidenhain, &bare());
+        let first = path.iter_moves().find(|(_, motion)| motion.kind == MoveKind::Feed).map(|(id, _)| id).unwrap();
+        assert!(path.doubts_at(first).next().is_some(), "{body}: {:?}", path.diagnostics);
+    }
+    let path = read(&text("6 CALL LBL 5 REP 2"), Dialect::Heidenhain, &bare());
+    assert!(path.doubts.is_empty(), "{:?}", path.doubts);
+}
+
 /// Highest feed of the stations of each line as written, mm/min.
 fn highest(dir: &Path) -> BTreeMap<u32, f64> {
     let mut reader = csv::Reader::from_path(dir.join("r.csv")).unwrap();

@@ -134,6 +134,23 @@ fn the_programs_of_the_project_lose_little_over_the_continuous_optimum() {
     }
 }
 
+/// In inches on a Fanuc, one F without a decimal point and the next one with it: both blocks are cut in pieces as if all had points.
+#[test]
+fn feeds_with_and_without_a_point_are_both_cut_in_pieces() {
+    let text = |feed: &str| {
+        format!(
+            "%\nO71\nG20 G17 G90 G94\nG54\nT1 M6\nS8000 M3\nG0 X-2.4 Y-.8\nZ-.16\nG1 X2.4 {feed}\nG0 Y0\nG1 X-2.4 F35.5\nG0 Z2.\n\
+             M30\n%\n"
+        )
+    };
+    let setup = std::fs::read_to_string("programs/pocket.setup.toml").unwrap();
+    let setup = setup.replace("linuxcnc", "fanuc");
+    let [mixed, pointed] = ["F40", "F40."].map(|feed| run(text(feed).as_bytes(), &setup));
+    assert!(mixed.toolpath.moves.iter().all(|motion| motion.freeze.is_none()), "the proof refuses nothing");
+    let [mixed, pointed] = [mixed, pointed].map(|run| run.written.unwrap().realised_after.total_s);
+    assert!((mixed / pointed - 1.0).abs() < 0.01, "{mixed} {pointed}");
+}
+
 /// The check simulates again only what was cut in pieces or comes near a limit. What it says of all the file is what a simulation
 /// of the whole written file at the same spacing finds, within 1 %; and both kinds of blocks are there.
 #[test]

@@ -2,7 +2,7 @@
 
 #![allow(clippy::format_collect, clippy::print_stdout, clippy::unwrap_used)]
 
-use feedwright::nc::{self, Dialect, Environment, Freeze, MoveKind, Toolpath};
+use feedwright::nc::{self, Dialect, Doubt, Environment, Freeze, MoveKind, Toolpath};
 use feedwright::path::Curve;
 
 fn read(text: &str) -> Toolpath {
@@ -91,7 +91,9 @@ fn jumps_go_where_they_say() {
     // R1 lasts from the run before: it is read as 0, and that is a doubt.
     let again = read("G1 F100\nIF R1>1 GOTOF OUT\nX=R1\nR1=R1+1\nGOTOS\nOUT:\nM30\n");
     assert_eq!(ends(&again)[1..].iter().map(|end| end[0]).collect::<Vec<_>>(), [0.0, 0.0, 1.0, 1.0]);
-    assert_eq!(again.diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(), [("nc::doubt", Some(2))]);
+    // GOTOS may begin all of it again.
+    let said: Vec<_> = again.diagnostics.iter().map(|d| (d.code, d.line)).collect();
+    assert_eq!(said, [("nc::doubt", Some(2)), ("nc::runs-again", Some(2))]);
 }
 
 #[test]
@@ -189,8 +191,17 @@ fn arcs_through_a_point_and_tangential_ones() {
     assert!(path.diagnostics.is_empty(), "{:?}", path.diagnostics);
     let Curve::Arc(arc) = path.moves[1].curve() else { panic!("an arc") };
     assert!((arc.radius_mm - 10.0).abs() < 1e-9 && (arc.sweep_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
+    // Turned by 90 degrees, and mirrored: the same arc there.
+    for (frame, end, sweep) in [("ROT RPL=90", [-10.0, 20.0], 1.0), ("MIRROR X0", [-20.0, 10.0], -1.0)] {
+        let path = read(&format!("{frame}\nG1 F100 X10\nCT X20 Y10\nM30\n"));
+        let Curve::Arc(arc) = path.moves[1].curve() else { panic!("{frame}: an arc, {:?}", path.diagnostics) };
+        let off = [arc.to.x - end[0], arc.to.y - end[1]];
+        assert!(off.iter().all(|mm| mm.abs() < 1e-9) && (arc.radius_mm - 10.0).abs() < 1e-9, "{frame}: {arc:?}");
+        assert!((arc.sweep_rad - sweep * std::f64::consts::FRAC_PI_2).abs() < 1e-9, "{frame}: {arc:?}");
+    }
     let lost = read("G0 X10\nCT X20 Y10 F100\nM30\n");
     assert_eq!(lost.moves[1].freeze, Some(Freeze::NotUnderstood));
+    assert!(lost.doubts.iter().any(|doubted| doubted.doubt == Doubt::UnknownCode), "{:?}", lost.doubts);
 }
 
 #[test]

@@ -51,7 +51,7 @@ pub fn leave_alone(run: &mut ProgramRun, blocks: &[BlockId]) {
         if blocks.contains(&motion.block) {
             node.free = false;
             node.cap = Bound { feed_mm_s: node.programmed_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
-            motion.freeze = motion.freeze.or(Some(Freeze::NotUnderstood));
+            motion.freeze = motion.freeze.or(Some(Freeze::Unproved));
         }
     }
 }

@@ -88,6 +88,11 @@ impl Doubt {
         matches!(self, Doubt::MissingProgram | Doubt::UnknownCode)
     }
 
+    /// May anything run there, and what ran before run again? Loads of that are not known.
+    pub fn may_run_anything(self) -> bool {
+        matches!(self, Doubt::MissingProgram | Doubt::UnknownCode | Doubt::UnknownValue)
+    }
+
     /// Name in the setup file and in reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -152,7 +157,7 @@ impl Doubt {
             Doubt::Reversed => "the spindle turns backwards (M4)",
             Doubt::SurfaceSpeed => "the speed of the spindle is a cutting speed (G96), which is read as rpm",
             Doubt::BlockDelete => "which of several block-delete switches are on is not known",
-            Doubt::UnknownValue => "its position depends on a variable that the program does not set",
+            Doubt::UnknownValue => "where it goes, or how often, depends on a variable that the program does not set",
         }
     }
 }

@@ -69,6 +69,8 @@ pub enum Freeze {
     OwnFeed,
     /// Its feed would have to be restated beside another block without a motion, under radius compensation.
     LookAhead,
+    /// The proof refuses another feed in it.
+    Unproved,
     /// Excluded by the setup.
     Excluded,
 }
@@ -99,6 +101,7 @@ impl Freeze {
                 "under radius compensation its feed could not be restated without two blocks in a row that do not move"
             }
             Freeze::OtherFile => "it is made by a subprogram in another file",
+            Freeze::Unproved => "the proof that only feeds change does not hold with another feed in it",
             Freeze::Excluded => "the setup excludes it",
         }
     }

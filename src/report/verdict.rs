@@ -234,7 +234,7 @@ fn good(over: &Over, unseen: &[u32], rewritten: bool) -> String {
 /// Lines, each once, that cut or may cut what is not simulated: cycles that are not read, programs that are missing, codes that are not known.
 pub fn unseen(run: &ProgramRun) -> Vec<u32> {
     let open =
-        |doubted: &&Doubted| doubted.doubt.may_use_the_feed() && !run.job.confirmed.contains(&doubted.doubt.name());
+        |doubted: &&Doubted| doubted.doubt.may_run_anything() && !run.job.confirmed.contains(&doubted.doubt.name());
     let of = |toolpath: &Toolpath| {
         let doubted = toolpath.doubts.iter().filter(open).map(|doubted| doubted.line);
         toolpath.unseen_cuts.iter().copied().chain(doubted).collect::<Vec<u32>>()

@@ -10,9 +10,24 @@ impl Interpreter<'_, Heidenhain> {
     /// `CALL LBL n REP k`: k further times.
     pub(crate) fn call_label(&mut self, tokens: &[Token], text: &[u8], place: Span) {
         let values: Vec<&Token> = tokens.iter().filter(|token| token.kind == TokenKind::Expression).collect();
-        let label = values.first().map_or_else(String::new, |token| plain_label(token, text));
-        let repeats = values.get(1).map(|token| token.number.clamp(0.0, 1e6) as u64);
-        let Some(start) = self.label(&label) else { return self.no_routine(place, &label) };
+        let Some(label) = values.first() else { return self.no_routine(place, "a label") };
+        let computed = label.span.of(text).trim_ascii().iter().any(|byte| matches!(byte, b'Q' | b'q'))
+            && !label.span.of(text).starts_with(b"\"");
+        let label = if computed {
+            let number = self.value(**label, text);
+            if self.values_are_unknown() {
+                self.calls_any_routine(place);
+            }
+            format!("LBL {}", number.unwrap_or(0.0).max(0.0) as u32)
+        } else {
+            plain_label(label, text)
+        };
+        let repeats = values.get(1).and_then(|token| self.value(**token, text));
+        let repeats = repeats.map(|count| count.clamp(0.0, 1e6) as u64);
+        // LBL 0 ends a routine and is none.
+        let Some(start) = self.label(&label).filter(|_| label != "LBL 0") else {
+            return self.no_routine(place, &label);
+        };
         let Some(count) = repeats else { return self.call_block(start + 1, 1) };
         let key = (self.flow.calls.len(), self.block.id.0);
         let known = self.family.repeats.iter().position(|repeat| (repeat.0, repeat.1) == key);

@@ -1,6 +1,7 @@
 //! The family of Heidenhain plain language. In: blocks of its texts. Out: their words as ISO has them, and the flow of the program.
 
 mod approach;
+mod backward;
 mod blocks;
 mod cycles;
 mod flow;
@@ -65,6 +66,10 @@ impl Family for Heidenhain {
         if std::mem::take(&mut run.family.call_after) {
             run.call_cycle(run.flow.source.program().span(run.block.id));
         }
+    }
+
+    fn goes_back_to(labels: &Labels, program: &Program, block: BlockId) -> Option<u32> {
+        backward::goes_back_to(labels, program, block)
     }
 
     /// `LBL 1` and `LBL "NAME"`, where they stand, not where they are called.

@@ -9,7 +9,7 @@ use super::flow::{Call, Source};
 use super::interpreter::{Family, Interpreter};
 use super::labels::Labels;
 use crate::diag::{Severity, Span};
-use crate::ids::BlockId;
+use crate::ids::{BlockId, MoveId};
 use crate::nc::doubt::Doubt;
 use crate::nc::environment::Environment;
 use crate::nc::program::{File, Program, parse};
@@ -46,6 +46,9 @@ impl<F: Family> Interpreter<'_, F> {
             let executed = self.flow.at.min(self.program.own_len());
             self.flow.counts = vec![0; self.program.len()];
             self.flow.counts[..executed].fill(1);
+            let before = |block: usize| self.out.moves.partition_point(|motion| motion.block.ix() < block) as u32;
+            self.flow.begun = (0..executed).map(|block| Some(MoveId(before(block)))).collect();
+            self.flow.begun.resize(self.program.len(), None);
         }
     }
 
@@ -53,9 +56,12 @@ impl<F: Family> Interpreter<'_, F> {
     pub(crate) fn count(&mut self) {
         if !self.flow.counts.is_empty()
             && let Some((first, _)) = self.linked_at()
-            && let Some(count) = self.flow.counts.get_mut(first as usize + self.block.id.ix())
+            && let index = first as usize + self.block.id.ix()
+            && let Some(count) = self.flow.counts.get_mut(index)
         {
             *count += 1;
+            let next = MoveId(self.out.moves.len() as u32);
+            self.flow.begun[index].get_or_insert(next);
         }
     }
 
@@ -115,6 +121,8 @@ impl<F: Family> Interpreter<'_, F> {
             return;
         }
         self.count_from_here();
+        let next = self.next_move();
+        self.flow.first_call.get_or_insert(next);
         let saved = arguments.as_ref().map(|_| self.locals());
         let own_names = arguments.is_some() || F::OWN_VARIABLES;
         self.flow.calls.push(Call {

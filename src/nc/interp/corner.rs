@@ -10,6 +10,7 @@ use super::interpreter::{Family, Interpreter};
 use super::state::{Corner, Leg};
 use super::words::Words;
 use crate::diag::Span;
+use crate::nc::doubt::Doubt;
 use crate::nc::toolpath::{Feed, FeedMode, Freeze, Move, MoveKind};
 use crate::path::{Plane, Vec3};
 
@@ -109,10 +110,15 @@ impl<F: Family> Interpreter<'_, F> {
         let (a, b, _) = self.modal.plane.axes();
         let from = self.place.programmed;
         let to = self.peek_target(words);
-        let known = self.frame.is_plain() && self.compensation.active.is_none() && self.corners.now.is_none();
+        let known = !self.frame.lost && self.compensation.active.is_none() && self.corners.now.is_none();
         let before = self.out.moves.last().filter(|motion| known && motion.kind == MoveKind::Feed);
-        let tangent = before.map(|motion| motion.curve().tangent(motion.curve().length()));
-        let Some(tangent) = tangent.filter(|t| t[a].hypot(t[b]) > 0.5) else {
+        let programmed = |motion: &Move| {
+            let (end, ahead) = (motion.curve().to(), motion.curve().tangent(motion.curve().length()));
+            (self.frame.invert(end + ahead) - self.frame.invert(end)).normalize()
+        };
+        let Some(tangent) = before.map(programmed).filter(|t| t[a].hypot(t[b]) > 0.5) else {
+            // It is read as its chord: where the tool cuts is not known.
+            self.doubt(Doubt::UnknownCode, place);
             self.not_understood("nc::tangent", place, "what this arc is tangential to is not known", "");
             return words.g.push((10, place));
         };

@@ -8,7 +8,7 @@
 use super::interpreter::{Family, Interpreter};
 use super::state::FeedWord;
 use crate::diag::{Severity, Span};
-use crate::ids::BlockId;
+use crate::ids::{BlockId, MoveId};
 use crate::nc::doubt::{Displaced, Doubt, Doubted};
 use crate::nc::toolpath::{FeedMode, FeedUse, MoveKind};
 
@@ -35,6 +35,24 @@ impl<F: Family> Interpreter<'_, F> {
                 _ => (Severity::Warning, "no feed is raised from here on", doubt.remedy()),
             };
             self.say("nc::doubt", severity, place, format!("{}: {consequence}", doubt.why()), remedy);
+        }
+        if doubt.may_run_anything()
+            && let Some(from) = self.begin_of_loops()
+        {
+            self.doubt_since(doubt, from, place);
+        }
+    }
+
+    /// An open doubt holds since an earlier move: what ran from there on may run again.
+    pub(crate) fn doubt_since(&mut self, doubt: Doubt, from: MoveId, place: Span) {
+        let Some(open) = self.messages.raised[doubt as usize].open else { return };
+        let since = self.out.moves.get(from.ix()).map(|motion| motion.line);
+        let Some(stretch) = self.out.doubts.get_mut(open).filter(|stretch| from < stretch.from) else { return };
+        stretch.from = from;
+        if let Some(line) = since.filter(|_| !self.env.confirmed[0].contains(&doubt.name())) {
+            let text =
+                format!("what runs from line {line} on may run again because of it: no feed is raised there either");
+            self.say("nc::runs-again", Severity::Warning, place, text, doubt.remedy());
         }
     }
 
@@ -98,8 +116,9 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
-    /// Adds to the diagnostic of each doubt the number of places that raise it.
+    /// After the last block: puts the doubts in order, and adds to the diagnostic of each the number of places that raise it.
     pub(crate) fn count_doubts(&mut self) {
+        self.out.doubts.sort_by_key(|doubted| doubted.from);
         for raised in self.messages.raised.iter().filter(|raised| raised.count > 1) {
             if let Some(diagnostic) = raised.diagnostic.and_then(|index| self.out.diagnostics.get_mut(index)) {
                 diagnostic.text += &format!(" (the first of {} places)", raised.count);

@@ -1,13 +1,14 @@
 //! Where the control reads. In: filled by `calls.rs`, which enters and leaves subprograms, and by `budget.rs`, which stops endless programs.
 //! Out: [`Flow`]: the text being executed, the calls under way, how often each block was executed, and how much may still be.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use super::again::WaysBack;
 use super::labels::Labels;
-use crate::ids::BlockId;
+use crate::ids::{BlockId, MoveId};
 use crate::nc::program::{File, Program};
 
 /// What executing a block costs besides its bytes.
@@ -82,6 +83,12 @@ pub struct Flow<'a> {
     pub calls: Vec<Call<'a>>,
     /// Executions of each block of the main text so far; empty until the first jump.
     pub counts: Vec<u32>,
+    /// The move that came next when each of these blocks was executed for the first time.
+    pub begun: Vec<Option<MoveId>>,
+    /// The move that came next at the first call of a routine.
+    pub first_call: Option<MoveId>,
+    /// Ways back in each text, found when they are first asked for.
+    pub ways_back: BTreeMap<usize, WaysBack>,
     /// Bytes that may still be executed.
     pub budget: u64,
 }

@@ -81,6 +81,9 @@ pub(crate) trait Family: Sized {
     }
     /// A numbered variable is set that may be the control's own.
     fn sets_variable(_run: &mut Interpreter<'_, Self>, _number: u32) {}
+    /// The earliest block of the same text, at most itself, to which a block may send the control back: a jump, the end of a loop, a repeated
+    /// section. A target that is computed may be the first block.
+    fn goes_back_to(labels: &Labels, program: &Program, block: BlockId) -> Option<u32>;
     /// Adds the labels of a block.
     fn label(labels: &mut Labels, program: &Program, block: BlockId);
 
@@ -183,6 +186,9 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 labels: Vec::new(),
                 calls: Vec::new(),
                 counts: Vec::new(),
+                begun: Vec::new(),
+                first_call: None,
+                ways_back: std::collections::BTreeMap::new(),
                 budget: cost_of_one_pass(program) + env.max_repeated_bytes,
             },
             block: BlockState {

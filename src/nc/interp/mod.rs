@@ -2,6 +2,7 @@
 //! words. Out: the moves of a [`Toolpath`](super::toolpath::Toolpath). What a family of dialects does differently is in its own folder;
 //! the files here know no family by name and ask it through [`interpreter::Family`].
 
+mod again;
 mod arc;
 mod budget;
 pub(super) mod calls;

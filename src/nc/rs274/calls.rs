@@ -2,9 +2,11 @@
 
 use super::state::{ModalMacro, Rs274};
 use crate::diag::{Severity, Span};
+use crate::ids::BlockId;
 use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::words::Words;
+use crate::nc::token::TokenKind;
 
 impl Interpreter<'_, Rs274> {
     /// M97, M98 (M198), M99 of a block.
@@ -22,7 +24,15 @@ impl Interpreter<'_, Rs274> {
         }
     }
 
+    /// A routine whose number is computed from what only the control knows may be any.
+    fn doubt_of_computed_routine(&mut self, words: &Words, span: Span) {
+        if words.is_computed(b'P') && self.values_are_unknown() {
+            self.calls_any_routine(span);
+        }
+    }
+
     fn call_local(&mut self, words: &Words, repeats: u64, span: Span) {
+        self.doubt_of_computed_routine(words, span);
         let target = words.get(b'P').and_then(|p| self.labels().numbered(p as u32, self.block.id.0));
         match target {
             Some(block) => self.enter(self.flow.source_id, block as usize, repeats, None),
@@ -31,9 +41,10 @@ impl Interpreter<'_, Rs274> {
     }
 
     fn call_program(&mut self, words: &Words, repeats: u64, span: Span) {
+        self.doubt_of_computed_routine(words, span);
         let number = words.get(b'P').map_or(0, |p| p.max(0.0) as u64);
         if let Some(block) = words.get(b'Q') {
-            return self.no_routine(span, &format!("program {number} from its block N{block}"));
+            return self.call_from_block(number, block, repeats, span);
         }
         if self.call_by_name(&number.to_string(), repeats, None) {
             return;
@@ -44,9 +55,25 @@ impl Interpreter<'_, Rs274> {
         }
     }
 
+    /// M98 P… Q…: the program from its block with this N number on.
+    fn call_from_block(&mut self, number: u64, block: f64, repeats: u64, span: Span) {
+        let labels = self.labels();
+        let routine = labels.routine(&number.to_string()).map(|line| line.block);
+        let start = routine.and_then(|routine| {
+            let found = labels.numbered(block.max(0.0) as u32, routine);
+            found.filter(|found| labels.start_of_program(*found) == routine + 1)
+        });
+        if let Some(start) = start {
+            return self.enter(self.flow.source_id, start as usize, repeats, None);
+        }
+        self.calls_any_routine(span);
+        self.no_routine(span, &format!("program {number} with a block N{block}"));
+    }
+
     /// G66 P… and its arguments: the macro is called after every block with a motion from the next one on, up to G67.
     /// (G66.1 calls it after every block, with the words of that block: it is kept, not executed.)
     pub(crate) fn call_after_motions(&mut self, words: &Words, code: u16, span: Span) {
+        self.doubt_of_computed_routine(words, span);
         let number = words.get(b'P').map_or(0, |p| p.max(0.0) as u64).to_string();
         let found = code == 660 && (self.labels().routine(&number).is_some() || self.file(&number).is_some());
         if !found {
@@ -94,14 +121,34 @@ impl Interpreter<'_, Rs274> {
         let repeats = words.get(b'L').unwrap_or(1.0).clamp(0.0, 1e9) as u64;
         let number = words.get(b'P').map_or(0, |p| p.max(0.0) as u64);
         let arguments = arguments(words);
+        let span = words.g.first().map_or_else(Span::default, |g| g.1);
+        self.doubt_of_computed_routine(words, span);
         if !self.call_by_name(&number.to_string(), repeats, Some(arguments)) {
-            let span = words.g.first().map_or_else(Span::default, |g| g.1);
             self.no_routine(span, &format!("macro {number}"));
         }
     }
 
+    /// Does the control leave the blocks from this one up to here again? It does where it goes on behind them, or one of them steers it.
+    fn leaves(&self, from: u32) -> bool {
+        let here = self.block.id.0;
+        let program = self.flow.source.program();
+        let steers = |block: u32| {
+            let mut kinds = program.tokens(BlockId(block)).map(|token| token.kind);
+            kinds.any(|kind| matches!(kind, TokenKind::Name | TokenKind::Delete))
+        };
+        from > here || (from..here).any(steers)
+    }
+
     fn return_word(&mut self, words: &Words, span: Span) {
         if !self.in_subprogram() {
+            let target = words.get(b'P').and_then(|p| self.labels().numbered(p as u32, self.block.id.0));
+            if let Some(target) = target.filter(|target| self.leaves(*target)) {
+                return self.jump(target as usize);
+            }
+            if words.get(b'P').is_some() {
+                // It goes on there, without an end; only the control knows whether with another part.
+                self.doubt(Doubt::UnknownValue, span);
+            }
             self.say("nc::endless-program", Severity::Note, span, "M99 begins the program again; one pass is read", "");
             self.uses_feed();
             self.flow.ended = true;

@@ -69,6 +69,11 @@ impl Interpreter<'_, Rs274> {
             "CALL" => {
                 let values = rest.iter().filter_map(|token| self.value(*token, text));
                 let arguments = (1..=30).zip(values).collect();
+                let computed =
+                    head.kind == TokenKind::Routine && matches!(head.span.of(text).get(1), Some(b'#' | b'['));
+                if computed && self.values_are_unknown() {
+                    self.calls_any_routine(head.span);
+                }
                 if !self.call_by_name(&label, 1, Some(arguments)) {
                     self.no_routine(head.span, &format!("routine {label}"));
                 }

@@ -1,6 +1,7 @@
 //! The family of RS274: ISO 6983 with the O words of LinuxCNC and the Macro B of Fanuc and Haas. In: blocks of its texts. Out:
 //! their words, and the flow of the program.
 
+mod backward;
 mod calls;
 mod comments;
 mod flow;
@@ -125,6 +126,10 @@ impl Family for Rs274 {
             12001..=13999 if macro_b => run.length_is_written(None),
             _ => {}
         }
+    }
+
+    fn goes_back_to(labels: &Labels, program: &Program, block: BlockId) -> Option<u32> {
+        backward::goes_back_to(labels, program, block)
     }
 
     /// `END m` and `WHILE … DO m` of Macro B.

@@ -6,7 +6,7 @@ use super::frames::ENDS_LOST_FRAME;
 use super::state::Siemens;
 use super::structures::structure_word;
 use crate::diag::Span;
-use crate::ids::BlockId;
+use crate::ids::{BlockId, MoveId};
 use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::interpreter::Setting;
@@ -142,6 +142,10 @@ impl Interpreter<'_, Siemens> {
                         _ if self.call_siemens(&name, repeats(words), Vec::new()) => words.called.push(token.span),
                         _ => {
                             self.doubt(Doubt::MissingProgram, token.span);
+                            // CALL BLOCK A TO B runs a section of this program again, CALL "NAME" what the variable says.
+                            if matches!(name.as_str(), "CALL" | "PCALL") {
+                                self.doubt_since(Doubt::MissingProgram, MoveId(0), token.span);
+                            }
                             let said = format!("{name} is not known here");
                             self.not_understood("nc::not-understood", token.span, said, "");
                         }

@@ -7,6 +7,7 @@
 use super::state::Siemens;
 use super::structures::name;
 use crate::diag::{Severity, Span};
+use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::words::Words;
 use crate::nc::token::{Token, TokenKind};
@@ -82,7 +83,12 @@ impl Interpreter<'_, Siemens> {
         };
         if let Some(block) = self.place_of(*target, text, way) {
             self.jump(block as usize);
-        } else if word != "GOTOC" {
+        } else if word == "GOTOC" {
+            // The control goes on with the next block only where there is no such label; one that is computed is not known here.
+            if !matches!(target.kind, TokenKind::Name | TokenKind::Word(b'N')) || tokens.len() > 2 {
+                self.doubt(Doubt::UnknownValue, target.span);
+            }
+        } else {
             let label = String::from_utf8_lossy(target.span.of(text)).into_owned();
             let text = format!("there is no label {label} there");
             self.end_without_target(target.span, text);

@@ -1,5 +1,6 @@
 //! The family of Siemens 840D. In: blocks of its texts. Out: their words, and the flow of the program.
 
+mod backward;
 mod blocks;
 mod calls;
 mod frames;
@@ -72,6 +73,10 @@ impl Family for Siemens {
         if FEEDS.iter().any(|name| text.windows(name.len()).any(|part| part == *name)) {
             run.uses_feed();
         }
+    }
+
+    fn goes_back_to(labels: &Labels, program: &Program, block: BlockId) -> Option<u32> {
+        backward::goes_back_to(labels, program, block)
     }
 
     fn label(labels: &mut Labels, program: &Program, block: BlockId) {

@@ -273,7 +273,8 @@ fn piece(
     if foreign_centre(original, own, rewritten, block, done[0].centres.get(own.ix()).copied().flatten()) {
         return Some("a piece has a word of a centre or a radius that its block's arc cannot have");
     }
-    let feed = if feeds(rewritten, block).is_empty() { None } else { no_plain_feed(rewritten, block, manner, stated) };
+    let like = feeds(original, own).last().copied().unwrap_or(stated);
+    let feed = if feeds(rewritten, block).is_empty() { None } else { no_plain_feed(rewritten, block, manner, like) };
     feed.or_else(|| misplaced(rewritten, block)).or_else(|| without_point(original, own, rewritten, block))
 }
 
