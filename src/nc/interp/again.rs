@@ -6,16 +6,13 @@
 
 use std::rc::Rc;
 
-use super::flow::Source;
+use super::flow::{Source, WaysBack};
 use super::interpreter::{Family, Interpreter};
 use super::labels::Labels;
 use crate::diag::Span;
 use crate::ids::{BlockId, MoveId};
 use crate::nc::doubt::Doubt;
 use crate::nc::program::Program;
-
-/// Ways back in a text: a block, and the earlier one that it may send the control to.
-pub type WaysBack = Rc<Vec<(u32, u32)>>;
 
 impl<F: Family> Interpreter<'_, F> {
     /// First move of the loops that are under way at this block, those about the calls of it included; `None`: there are none.

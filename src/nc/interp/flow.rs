@@ -6,13 +6,15 @@ use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::again::WaysBack;
 use super::labels::Labels;
 use crate::ids::{BlockId, MoveId};
 use crate::nc::program::{File, Program};
 
 /// What executing a block costs besides its bytes.
 pub const BLOCK_COST: usize = 32;
+
+/// Ways back in a text: a block, and the earlier one that it may send the control to.
+pub type WaysBack = Rc<Vec<(u32, u32)>>;
 
 /// A program text being executed.
 #[derive(Clone)]
