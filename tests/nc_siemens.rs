@@ -264,7 +264,7 @@ fn angles_feeds_and_modal_rounding_of_siemens() {
     let codes: Vec<_> = path.diagnostics.iter().map(|said| said.code).collect();
     assert!(codes.iter().all(|code| ["nc::rotary", "nc::doubt"].contains(code)), "{:?}", path.diagnostics);
     assert_eq!(ends(&path), [[10.0, 0.0], [20.0, 0.0]]);
-    assert!(path.doubts.iter().all(|doubted| doubted.doubt == nc::Doubt::RotaryAxis), "{:?}", path.doubts);
+    assert!(path.doubts.iter().all(|doubted| doubted.doubt == Doubt::RotaryAxis), "{:?}", path.doubts);
     let rounded = read("G1 X10 F400\nRNDM=2\nX20\nY20\nRNDM=0\nM30\n");
     assert_eq!(rounded.doubts.iter().map(|doubted| doubted.line).collect::<Vec<_>>(), [2]);
     assert!(read("G1 X10 F400\nRNDM=0\nX20\nM30\n").doubts.is_empty());
