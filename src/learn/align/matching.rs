@@ -174,8 +174,22 @@ fn viterbi(
             _ => {}
         }
     }
+    without_leading_hold(&mut lags);
     (lags, total)
 }
+
+/// A hold with which the log begins is none: nothing of the program ran before it. What stands there is before the program, or a part of it
+/// whose load is far from the predicted one, as a tare that is still cold is; the lag behind the hold holds there too.
+fn without_leading_hold(lags: &mut [i64]) {
+    let Some(end) = (LATEST_BEGIN..lags.len()).find(|i| lags[*i] != lags[i - 1] + 1) else { return };
+    if end > LATEST_BEGIN {
+        let behind = lags[end - 1];
+        lags[..end].fill(behind);
+    }
+}
+
+/// Steps of the grid after which a hold at the latest counts as one with which the log begins.
+const LATEST_BEGIN: usize = 3;
 
 /// Correlation of both loads where they overlap.
 fn overlap(measured: &[f64], predicted: &[f64], program_s: &[f64], step_s: f64) -> f64 {
@@ -209,5 +223,23 @@ mod tests {
         assert!((m.program_s[125] - 10.0).abs() < 0.11, "{}", m.program_s[125]);
         assert!((m.program_s[437] - 40.0).abs() < 0.11, "{}", m.program_s[437]);
         assert!(m.correlation > 0.95);
+    }
+
+    /// The first quarter of the load is far above the predicted one: the log does not stand there.
+    #[test]
+    fn a_log_does_not_begin_with_a_hold() {
+        let predicted = pulses(600);
+        let mut measured = vec![0.0; 10];
+        measured.extend(predicted.iter().enumerate().map(|(i, y)| y + 400.0 * f64::exp(-(i as f64) / 60.0)));
+        let m = match_load(&measured, &predicted, 0.1, 5.0, [1.0; 2]).unwrap();
+        for i in [40, 120, 400] {
+            assert!((m.program_s[i] - 0.1 * (i as f64 - 10.0)).abs() < 0.11, "{i}: {}", m.program_s[i]);
+        }
+        let mut lags = vec![-3, -2, -1, 0, 1, 2, 2, 2, 3, 4, 5, 5];
+        without_leading_hold(&mut lags);
+        assert_eq!(lags, [2, 2, 2, 2, 2, 2, 2, 2, 3, 4, 5, 5]);
+        let mut late = vec![0, 0, 0, 0, 1, 2, 3, 3];
+        without_leading_hold(&mut late);
+        assert_eq!(late, [0, 0, 0, 0, 1, 2, 3, 3]);
     }
 }
