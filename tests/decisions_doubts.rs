@@ -543,13 +543,13 @@ fn after_g80_group_one_is_in_force_again() {
 
 /// A cut in a loop or a routine that the control may run again, deeper: what decides it, the dialect. The first cut comes before that in the order
 /// of execution, and keeps its feed all the same.
-const AGAIN: [(&str, &str, Dialect); 17] = [
+const AGAIN: [(&str, &str, Dialect); 34] = [
     ("jump back", "N7 CUT\nIF[#1 LT #500]GOTO7", Dialect::Fanuc),
     ("computed target", "N7 CUT\nGOTO#500", Dialect::Fanuc),
     ("a number taken over", "N7 CUT\n#2=#500\nIF[#1 LT #2]GOTO7", Dialect::Fanuc),
     ("through a later jump", "N7 CUT\nIF[#500 EQ 1]GOTO9\nGOTO20\nN9 GOTO7\nN20", Dialect::Fanuc),
     ("WHILE", "#3=0\nWHILE[#3 LT 1]DO1\nCUT\nIF[#500 EQ 1]THEN #3=-5\n#3=#3+1\nEND1", Dialect::Fanuc),
-    ("M99 P", "N7 CUT\nM99 P7", Dialect::Fanuc),
+    ("M99 P", "#1=0\nN7 #1=#1+1\nIF[#1 GT 2]GOTO9\nCUT\nM99 P7\nN9", Dialect::Fanuc),
     ("routine of any number", "M98 P82\nM98 P#500\nM30\nO82\nCUT\nM99", Dialect::Fanuc),
     ("macro of any number", "M98 P82\nG65 P#500\nM30\nO82\nCUT\nM99", Dialect::Haas),
     ("do while", "o1 do\nCUT\no1 while [#1 LT #<_passes>]", Dialect::LinuxCnc),
@@ -560,6 +560,35 @@ const AGAIN: [(&str, &str, Dialect); 17] = [
     ("REPEAT", "AA: CUT\nXX: R1=R1+1\nREPEAT AA XX P=R50", Dialect::Siemens),
     ("CALL BLOCK", "AA: CUT\nXX: R1=R1+1\nCALL BLOCK AA TO XX", Dialect::Siemens),
     ("UNTIL", "REPEAT\nCUT\nUNTIL R1>R50", Dialect::Siemens),
+    ("a routine in a branch", "M98 P100\nIF[#500 NE 1]GOTO20\nM98 P100\nN20\nM30\nO100\nCUT\nM99", Dialect::Fanuc),
+    ("a routine so many times", "M98 P100\nM98 P100 L#500\nM30\nO100\nCUT\nM99", Dialect::Fanuc),
+    ("a macro so many times", "G65 P100 Z1.\nG65 P100 L#500 Z11.\nM30\nO100\nCUT\nM99", Dialect::Fanuc),
+    (
+        "a macro after motions in a branch",
+        "M98 P100\nIF[#500 NE 1]GOTO20\nG66 P100\nN20\nM30\nO100\nCUT\nM99",
+        Dialect::Fanuc,
+    ),
+    ("a local routine", "M97 P100\nIF[#500 NE 1]GOTO20\nM97 P100\nN20\nM30\nN100 CUT\nM99", Dialect::Haas),
+    ("a routine in IF", "o5 sub\nCUT\no5 endsub\no5 call\no3 if [#5399 EQ 1]\no5 call\no3 endif", Dialect::LinuxCnc),
+    (
+        "a routine in repeat",
+        "o5 sub\nCUT\no5 endsub\no5 call\no3 repeat [#5399]\no5 call\no3 endrepeat",
+        Dialect::LinuxCnc,
+    ),
+    (
+        "a routine by a name without a value",
+        "o5 sub\nCUT\no5 endsub\no5 call\no3 if [#<_deep> GT 0]\no5 call\no3 endif",
+        Dialect::LinuxCnc,
+    ),
+    ("a section so many times", "SA: CUT\nSE: G0 Z5\nSX: G0 X0\nREPEAT SA SE P=R50", Dialect::Siemens),
+    ("a section in IF", "SA: CUT\nSE: G0 Z5\nIF R50==1\nREPEAT SA SE\nENDIF", Dialect::Siemens),
+    ("ways chained", "#1=0\nN10 CUT\nN20 #1=#1+1\nIF[#1 EQ 2]GOTO10\nIF[#500 EQ 1]GOTO20", Dialect::Fanuc),
+    ("out and back", "N10 CUT\nGOTO30\nN20 IF[#500 EQ 1]GOTO40\nGOTO50\nN30 GOTO20\nN40 GOTO10\nN50", Dialect::Fanuc),
+    ("a return to a block", "N10 CUT\nM98 P200\nM30\nO200\nIF[#500 NE 1]GOTO5\nM99 P10\nN5 M99", Dialect::Fanuc),
+    ("a return to a computed block", "N10 CUT\nM98 P200\nM30\nO200\nM99 P#500", Dialect::Fanuc),
+    ("as far as a probe went", "N10 CUT\nG31 Z-10. F100\nIF[#5043 GT -5]GOTO10", Dialect::Fanuc),
+    ("as far as a probe of LinuxCNC went", "o1 do\nCUT\nG38.3 Z-10 F100\no1 while [#<_z> GT -5]", Dialect::LinuxCnc),
+    ("GOTOB to a computed label", "AA: CUT\nGOTOB \"A\"<<R50", Dialect::Siemens),
     ("LOOP", "LOOP\nCUT\nIF R50==0 GOTOF BB\nENDLOOP\nBB: G0 Z5", Dialect::Siemens),
 ];
 
@@ -573,9 +602,12 @@ fn what_may_run_again_is_in_doubt_from_its_first_run_on() {
         assert!(path.doubts_at(cut).next().is_some(), "{name}: {:?}", path.diagnostics);
     }
     // What the program decides itself is no doubt, however it runs.
-    let known: [(&str, Dialect, usize); 6] = [
+    let known: [(&str, Dialect, usize); 9] = [
         ("#1=0\nN7 #1=#1+1\nCUT\nIF[#1 LT 3]GOTO7", Dialect::Fanuc, 3),
-        ("#1=0\nN7 #1=#1+1\nIF[#1 GT 2]GOTO9\nCUT\nM99 P7\nN9", Dialect::Fanuc, 2),
+        ("N1 G0 X0\nCUT\nM99 P1", Dialect::Fanuc, 1),
+        ("N7 CUT\nM99 P7", Dialect::Fanuc, 1),
+        ("CUT\nM99 P9\nCUT\nN9 CUT", Dialect::Fanuc, 2),
+        ("M98 P82\nM98 P82\nIF[1 EQ 2]GOTO9\nN9\nM30\nO82\nCUT\nM99", Dialect::Fanuc, 2),
         ("M98 P82\nM98 P82 Q5\nM30\nO82\nCUT\nN5 CUT\nM99", Dialect::Fanuc, 3),
         ("#1=82\nM98 P#1\nM30\nO82\nCUT\nM99", Dialect::Fanuc, 1),
         ("R1=0\nAA: CUT\nR1=R1+1\nIF R1<2 GOTOB AA", Dialect::Siemens, 2),
@@ -602,7 +634,12 @@ fn what_plain_language_may_run_again_is_in_doubt_too() {
              7 L Z+50 R0 FMAX\n8 M30\n9 END PGM A MM\n"
         )
     };
-    for body in ["6 CALL LBL 5 REP Q50", "6 FN 9: IF +Q1 EQU +Q50 GOTO LBL 5", "6 LBL 0\nCALL LBL Q50"] {
+    for body in [
+        "6 LBL 0\nCALL LBL 5\nFN 9: IF +Q50 EQU +0 GOTO LBL 9\nCALL LBL 5\nLBL 9",
+        "6 CALL LBL 5 REP Q50",
+        "6 FN 9: IF +Q1 EQU +Q50 GOTO LBL 5",
+        "6 LBL 0\nCALL LBL Q50",
+    ] {
         let path = read(&text(body), Dialect::Heidenhain, &bare());
         let first = path.iter_moves().find(|(_, motion)| motion.kind == MoveKind::Feed).map(|(id, _)| id).unwrap();
         assert!(path.doubts_at(first).next().is_some(), "{body}: {:?}", path.diagnostics);

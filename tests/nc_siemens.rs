@@ -110,7 +110,7 @@ fn sections_are_repeated() {
     let one = "G1 F100\nG91\nHERE: X1\nY1\nREPEATB HERE P=3\nREPEAT N70\nM30\n";
     assert_eq!(
         read(one).diagnostics.iter().map(|d| (d.code, d.line)).collect::<Vec<_>>(),
-        [("nc::no-target", Some(6))]
+        [("nc::doubt", Some(6)), ("nc::no-target", Some(6))]
     );
     assert_ends(&one.replace("REPEAT N70\n", ""), &[[1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [3.0, 1.0], [4.0, 1.0]]);
     let nested = "G1 F100\nG91\nOUTER: X1\nINNER: Y1\nREPEAT INNER P=1\nREPEAT OUTER P=1\nM30\n";

@@ -1,20 +1,20 @@
 //! The family of Heidenhain plain language. In: blocks of its texts. Out: their words as ISO has them, and the flow of the program.
 
 mod approach;
-mod backward;
 mod blocks;
 mod cycles;
 mod flow;
 pub(crate) mod lex;
 pub(super) mod state;
 mod unroll;
+mod ways;
 
 use flow::plain_label;
 use state::Heidenhain;
 
 use super::environment::Environment;
 use super::interp::interpreter::{Family, Interpreter};
-use super::interp::labels::Labels;
+use super::interp::labels::{Labels, Way};
 use super::interp::state::{After, FeedWord};
 use super::interp::unroll::{Executed, Plain, Record};
 use super::interp::words::Words;
@@ -68,8 +68,8 @@ impl Family for Heidenhain {
         }
     }
 
-    fn goes_back_to(labels: &Labels, program: &Program, block: BlockId) -> Option<u32> {
-        backward::goes_back_to(labels, program, block)
+    fn ways(labels: &Labels, program: &Program, block: BlockId) -> Vec<Way> {
+        ways::ways(labels, program, block)
     }
 
     /// `LBL 1` and `LBL "NAME"`, where they stand, not where they are called.

@@ -1,43 +1,82 @@
-//! Blocks that may run again, unseen. In: something only the control knows, at a block; where each block of the text may send the control back to
-//! ([`Family::goes_back_to`]). Out: the first move that may be made again because of it.
+//! Blocks that may run again, unseen. In: something only the control knows, at a block; where each block of the text may send the control
+//! ([`Family::ways`]). Out: the first move that may be made again because of it.
 //!
-//! A value that is not known may decide how often a loop runs in which it comes, or which routine is called. What was executed in that loop
-//! before it will then run again, deeper or elsewhere, so that its feeds may not rise either.
+//! A value that is not known may decide how often a loop runs in which it comes, which branch is taken, or which routine is called. What ran
+//! before and can be reached from there may then run again, deeper or elsewhere, so that its feeds may not rise either. All blocks behind it in
+//! its program of the text count as reached, and those from where any of these goes back to.
 
 use std::rc::Rc;
 
-use super::flow::{Source, WaysBack};
+use super::flow::{Looked, Source, Ways};
 use super::interpreter::{Family, Interpreter};
-use super::labels::Labels;
+use super::labels::{Labels, Way};
 use crate::diag::Span;
-use crate::ids::{BlockId, MoveId};
+use crate::ids::MoveId;
 use crate::nc::doubt::Doubt;
 use crate::nc::program::Program;
 
 impl<F: Family> Interpreter<'_, F> {
-    /// First move of the loops that are under way at this block, those about the calls of it included; `None`: there are none.
-    pub(crate) fn begin_of_loops(&mut self) -> Option<MoveId> {
+    /// First move that was made and may be made again because of a doubt at this block; `None`: there is none, or none before those found.
+    pub(crate) fn first_again(&mut self, doubt: Doubt) -> Option<MoveId> {
         let here = (self.flow.source.clone(), self.flow.source_id, self.block.id.0);
-        let calls = self.flow.calls.iter().map(|call| (call.source.clone(), call.source_id, call.at.max(1) as u32 - 1));
+        let calls = self.flow.calls.iter().rev();
+        let calls = calls.map(|call| (call.source.clone(), call.source_id, call.at.max(1) as u32 - 1));
         let places: Vec<_> = std::iter::once(here).chain(calls).collect();
-        places.into_iter().filter_map(|(source, id, block)| self.begin_of_loop(&source, id, block)).min()
+        let (mut first, mut by_return) = (None, false);
+        for (source, id, block) in places {
+            let found = self.first_again_in(&source, id, (block, by_return), doubt);
+            by_return = found.returns_to_block;
+            first = first.into_iter().chain(found.from).min();
+        }
+        first
     }
 
-    fn begin_of_loop(&mut self, source: &Source, id: usize, block: u32) -> Option<MoveId> {
-        let ways = self.ways_back(source.program(), id);
-        let around = ways.iter().filter(|(from, to)| *from >= block && *to <= block);
-        self.first_move_of(id, around.map(|(_, to)| *to).min()?)
+    /// The same for one level of calls; `by_return`: a return may go to any block of it.
+    fn first_again_in(&mut self, source: &Source, id: usize, at: (u32, bool), doubt: Doubt) -> Looked {
+        let ways = self.ways(source.program(), id);
+        let (begin, end) = ways.program_of(at.0);
+        let block = if at.1 { begin } else { at.0 };
+        let key = (doubt, id, begin);
+        // From a later block less is reached, and what begins later is in doubt anyhow.
+        let known = self.flow.looked.get(&key).copied();
+        if let Some(known) = known.filter(|known| known.block <= block) {
+            return Looked { from: None, ..known };
+        }
+        let within =
+            ways.list.partition_point(|(from, _)| *from < begin)..ways.list.partition_point(|(from, _)| *from < end);
+        let within = &ways.list[within];
+        let mut lowest = block;
+        loop {
+            let reached = within.iter().filter(|(from, _)| *from >= lowest);
+            let back = reached.filter_map(|(_, way)| if let Way::Block(to) = way { Some(*to) } else { None });
+            let Some(lower) = back.filter(|to| (begin..lowest).contains(to)).min() else { break };
+            lowest = lower;
+        }
+        let reached = || within.iter().filter(|(from, _)| *from >= lowest).map(|(_, way)| way);
+        // Where a code is not known the flow is.
+        let calls = doubt == Doubt::UnknownValue;
+        let first_move = |way: &Way| match way {
+            Way::Block(to) => self.first_move_of(id, *to),
+            Way::Routine(label) if calls => self.flow.entered.get(label).copied(),
+            Way::AnyRoutine if calls => self.flow.entered.values().min().copied(),
+            _ => None,
+        };
+        let back = (lowest < block || at.1).then(|| self.first_move_of(id, lowest)).flatten();
+        let from = reached().filter_map(first_move).chain(back).min();
+        let found = Looked { block, from, returns_to_block: reached().any(|way| *way == Way::Caller) };
+        self.flow.looked.insert(key, found);
+        found
     }
 
-    fn ways_back(&mut self, program: &Program, id: usize) -> WaysBack {
-        if let Some(known) = self.flow.ways_back.get(&id) {
+    fn ways(&mut self, program: &Program, id: usize) -> Rc<Ways> {
+        if let Some(known) = self.flow.ways.get(&id) {
             return known.clone();
         }
         let labels = Labels::of(program, F::label);
         let blocks = program.blocks().take(program.own_len());
-        let way = |block: BlockId| F::goes_back_to(&labels, program, block).map(|to| (block.0, to));
-        let ways: WaysBack = Rc::new(blocks.filter_map(way).filter(|(from, to)| to <= from).collect());
-        self.flow.ways_back.insert(id, ways.clone());
+        let of_block = |block| F::ways(&labels, program, block).into_iter().map(move |way| (block.0, way));
+        let ways = Rc::new(Ways { list: blocks.flat_map(of_block).collect(), programs: labels.programs });
+        self.flow.ways.insert(id, ways.clone());
         ways
     }
 
@@ -47,7 +86,9 @@ impl<F: Family> Interpreter<'_, F> {
         let first = if id == 0 { 0 } else { parts?.blocks.start };
         if self.flow.counts.is_empty() {
             // Up to here the blocks were executed one after the other.
-            return Some(MoveId(self.out.moves.partition_point(|motion| motion.block.0 < block) as u32));
+            let executed = (block as usize) < self.flow.at;
+            let next = self.out.moves.partition_point(|motion| motion.block.0 < block) as u32;
+            return executed.then_some(MoveId(next));
         }
         self.flow.begun.get((first + block) as usize).copied().flatten()
     }
@@ -58,7 +99,7 @@ impl<F: Family> Interpreter<'_, F> {
         // Routines under a label may have run where they stand.
         let (id, labels) = (self.flow.source_id, self.labels());
         let labelled = labels.names.iter().filter_map(|(_, block)| self.first_move_of(id, *block));
-        if let Some(from) = labelled.chain(self.flow.first_call).min() {
+        if let Some(from) = labelled.chain(self.flow.entered.values().copied()).min() {
             self.doubt_since(Doubt::UnknownValue, from, place);
         }
     }

@@ -76,12 +76,15 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// Calls the routine of this label: in the text, else in a file of that name. False when there is none.
     pub(crate) fn call_by_name(&mut self, label: &str, repeats: u64, arguments: Option<Vec<(u32, f64)>>) -> bool {
+        let next = self.next_move();
         if let Some(line) = self.labels().routine(label) {
+            self.flow.entered.entry(label.to_ascii_lowercase()).or_insert(next);
             let block = line.block as usize + 1;
             self.enter(self.flow.source_id, block, repeats, arguments);
             return true;
         }
         let Some(id) = self.file(label) else { return false };
+        self.flow.entered.entry(label.to_ascii_lowercase()).or_insert(next);
         let program = self.flow.files[id].program.clone();
         let keep = (self.flow.source.clone(), self.flow.source_id);
         (self.flow.source, self.flow.source_id) = (Source::File(program), id + 1);
@@ -121,8 +124,6 @@ impl<F: Family> Interpreter<'_, F> {
             return;
         }
         self.count_from_here();
-        let next = self.next_move();
-        self.flow.first_call.get_or_insert(next);
         let saved = arguments.as_ref().map(|_| self.locals());
         let own_names = arguments.is_some() || F::OWN_VARIABLES;
         self.flow.calls.push(Call {

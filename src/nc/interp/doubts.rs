@@ -23,6 +23,7 @@ impl<F: Family> Interpreter<'_, F> {
         raised.count += 1;
         if raised.open.is_none() {
             raised.open = Some(self.out.doubts.len());
+            self.flow.looked.retain(|(of, ..), _| *of != doubt);
             let (from, line) = (self.next_move(), self.line_number());
             self.out.doubts.push(Doubted { from, until: None, doubt, line, unread: Vec::new() });
         }
@@ -37,7 +38,7 @@ impl<F: Family> Interpreter<'_, F> {
             self.say("nc::doubt", severity, place, format!("{}: {consequence}", doubt.why()), remedy);
         }
         if doubt.may_run_anything()
-            && let Some(from) = self.begin_of_loops()
+            && let Some(from) = self.first_again(doubt)
         {
             self.doubt_since(doubt, from, place);
         }

@@ -6,15 +6,41 @@ use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::labels::Labels;
+use super::labels::{Labels, Way};
 use crate::ids::{BlockId, MoveId};
+use crate::nc::doubt::Doubt;
 use crate::nc::program::{File, Program};
 
 /// What executing a block costs besides its bytes.
 pub const BLOCK_COST: usize = 32;
 
-/// Ways back in a text: a block, and the earlier one that it may send the control to.
-pub type WaysBack = Rc<Vec<(u32, u32)>>;
+/// Where blocks of a text may send the control.
+pub struct Ways {
+    /// Each block with one of its ways, in order.
+    pub list: Vec<(u32, Way)>,
+    /// First block of each program of the text, in order.
+    pub programs: Vec<u32>,
+}
+
+impl Ways {
+    /// First block of the program that a block belongs to, and that of the next one.
+    pub fn program_of(&self, block: u32) -> (u32, u32) {
+        let next = self.programs.partition_point(|begin| *begin <= block + 1);
+        let begin = if next == 0 { 0 } else { self.programs[next - 1] };
+        (begin, self.programs.get(next).copied().unwrap_or(u32::MAX))
+    }
+}
+
+/// What may run again because of a doubt at a block.
+#[derive(Clone, Copy)]
+pub struct Looked {
+    /// The earliest block that the doubt came at.
+    pub block: u32,
+    /// First move that may be made again.
+    pub from: Option<MoveId>,
+    /// May a return from there go to any block of the caller?
+    pub returns_to_block: bool,
+}
 
 /// A program text being executed.
 #[derive(Clone)]
@@ -87,10 +113,12 @@ pub struct Flow<'a> {
     pub counts: Vec<u32>,
     /// The move that came next when each of these blocks was executed for the first time.
     pub begun: Vec<Option<MoveId>>,
-    /// The move that came next at the first call of a routine.
-    pub first_call: Option<MoveId>,
-    /// Ways back in each text, found when they are first asked for.
-    pub ways_back: BTreeMap<usize, WaysBack>,
+    /// The move that came next at the first call of each routine, by its name in lower case.
+    pub entered: BTreeMap<String, MoveId>,
+    /// Ways in each text, found when they are first asked for.
+    pub ways: BTreeMap<usize, Rc<Ways>>,
+    /// What may run again, as far as it was looked at: by doubt, text and first block of the program of the text.
+    pub looked: BTreeMap<(Doubt, usize, u32), Looked>,
     /// Bytes that may still be executed.
     pub budget: u64,
 }

@@ -3,10 +3,11 @@
 //! For each block: its tokens are gathered into words (`words.rs`); its family of dialects reads what is more than words
 //! ([`Family::block`]); its settings are put in force (`settings.rs`, `offsets.rs`); its motion is made (`motion.rs`, `arc.rs`, `cycles.rs`).
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::flow::{Flow, Source, cost_of_one_pass};
-use super::labels::Labels;
+use super::labels::{Labels, Way};
 use super::state::{
     After, ArcFeed, BlockState, Compensation, Contour, Corner, Corners, Cycles, Frame, Messages, Modal, Motion,
     Offsets, Place, Rotary, Spindle, ToolLength,
@@ -81,9 +82,8 @@ pub(crate) trait Family: Sized {
     }
     /// A numbered variable is set that may be the control's own.
     fn sets_variable(_run: &mut Interpreter<'_, Self>, _number: u32) {}
-    /// The earliest block of the same text, at most itself, to which a block may send the control back: a jump, the end of a loop, a repeated
-    /// section. A target that is computed may be the first block.
-    fn goes_back_to(labels: &Labels, program: &Program, block: BlockId) -> Option<u32>;
+    /// Where a block may send the control: a jump, the end of a loop, a repeated section, a call.
+    fn ways(labels: &Labels, program: &Program, block: BlockId) -> Vec<Way>;
     /// Adds the labels of a block.
     fn label(labels: &mut Labels, program: &Program, block: BlockId);
 
@@ -187,8 +187,9 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 calls: Vec::new(),
                 counts: Vec::new(),
                 begun: Vec::new(),
-                first_call: None,
-                ways_back: std::collections::BTreeMap::new(),
+                entered: BTreeMap::new(),
+                ways: BTreeMap::new(),
+                looked: BTreeMap::new(),
                 budget: cost_of_one_pass(program) + env.max_repeated_bytes,
             },
             block: BlockState {

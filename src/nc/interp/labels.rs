@@ -7,6 +7,19 @@ use crate::ids::BlockId;
 use crate::nc::program::Program;
 use crate::nc::token::TokenKind;
 
+/// Where a block may send the control.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Way {
+    /// To a block of the same text, for good or for a time.
+    Block(u32),
+    /// To a routine of this name, lower case, and back.
+    Routine(String),
+    /// To a routine of a computed name, and back.
+    AnyRoutine,
+    /// To any block of what called the routine it belongs to.
+    Caller,
+}
+
 /// One O-word line: `o100 while […]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OLine {
@@ -23,6 +36,8 @@ pub struct OLine {
 pub struct Labels {
     /// O-word lines in order.
     pub o_lines: Vec<OLine>,
+    /// First block of each program of the text: behind its O word or `%_N_…` line.
+    pub programs: Vec<u32>,
     /// Blocks of each N number, in order.
     pub n_blocks: BTreeMap<u32, Vec<u32>>,
     /// `END m` and `WHILE … DO m` of Macro B: block, m, true for END.
@@ -41,6 +56,7 @@ impl Labels {
             labels.read(program, block);
             family(&mut labels, program, block);
         }
+        labels.programs = labels.o_lines.iter().filter(|o| o.keyword.is_empty()).map(|o| o.block + 1).collect();
         labels
     }
 
@@ -97,14 +113,18 @@ impl Labels {
     }
     /// First block of the program of this text that a block belongs to: behind its O word or `%_N_…` line.
     pub fn start_of_program(&self, block: u32) -> u32 {
-        self.o_lines.iter().rev().find(|o| o.block <= block && o.keyword.is_empty()).map_or(0, |o| o.block + 1)
+        // The O word itself belongs to it too.
+        let next = self.programs.partition_point(|begin| *begin <= block + 1);
+        if next == 0 { 0 } else { self.programs[next - 1] }
     }
     /// Block with this N number: after `block` in its program, else from the beginning of that program.
     pub fn numbered(&self, number: u32, block: u32) -> Option<u32> {
         let blocks = self.n_blocks.get(&number)?;
         let program = self.start_of_program(block);
-        let here = blocks.iter().filter(|&&b| self.start_of_program(b) == program);
-        here.clone().find(|&&b| b > block).or(here.clone().next()).or(blocks.first()).copied()
+        let next = self.programs.get(self.programs.partition_point(|begin| *begin <= program)).copied();
+        let before = |limit: u32| blocks.partition_point(|b| *b < limit);
+        let here = &blocks[before(program.saturating_sub(1))..next.map_or(blocks.len(), |next| before(next - 1))];
+        here.get(here.partition_point(|b| *b <= block)).or(here.first()).or(blocks.first()).copied()
     }
 }
 

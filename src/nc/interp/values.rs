@@ -89,6 +89,9 @@ impl<F: Family> Interpreter<'_, F> {
             self.not_understood("nc::expression", span, error.to_string(), "the word is left out");
         } else {
             self.misread("nc::expression", span, error.to_string(), "the block is left as it is");
+            if matches!(error, ExprError::Unknown(_)) {
+                self.doubt(Doubt::UnknownValue, span);
+            }
         }
     }
 }

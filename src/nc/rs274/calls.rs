@@ -7,6 +7,7 @@ use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::words::Words;
 use crate::nc::token::TokenKind;
+use crate::nc::toolpath::{Move, MoveKind};
 
 impl Interpreter<'_, Rs274> {
     /// M97, M98 (M198), M99 of a block.
@@ -64,6 +65,8 @@ impl Interpreter<'_, Rs274> {
             found.filter(|found| labels.start_of_program(*found) == routine + 1)
         });
         if let Some(start) = start {
+            let next = self.next_move();
+            self.flow.entered.entry(number.to_string()).or_insert(next);
             return self.enter(self.flow.source_id, start as usize, repeats, None);
         }
         self.calls_any_routine(span);
@@ -128,25 +131,26 @@ impl Interpreter<'_, Rs274> {
         }
     }
 
-    /// Does the control leave the blocks from this one up to here again? It does where it goes on behind them, or one of them steers it.
-    fn leaves(&self, from: u32) -> bool {
-        let here = self.block.id.0;
+    /// Does M99 P to this block begin the program again, as M99 alone does: nothing was cut before it, and nothing is counted behind it?
+    fn begins_again(&self, target: u32) -> bool {
         let program = self.flow.source.program();
-        let steers = |block: u32| {
+        let counts = |block: u32| {
             let mut kinds = program.tokens(BlockId(block)).map(|token| token.kind);
-            kinds.any(|kind| matches!(kind, TokenKind::Name | TokenKind::Delete))
+            let steers = |kind| matches!(kind, TokenKind::Name | TokenKind::Assignment | TokenKind::Routine);
+            kinds.any(|kind| steers(kind) || matches!(kind, TokenKind::Computed(_)))
         };
-        from > here || (from..here).any(steers)
+        let cuts = |motion: &Move| motion.kind == MoveKind::Feed && motion.block.0 < target;
+        !self.out.moves.iter().any(cuts) && !(target..self.block.id.0).any(counts)
     }
 
     fn return_word(&mut self, words: &Words, span: Span) {
         if !self.in_subprogram() {
             let target = words.get(b'P').and_then(|p| self.labels().numbered(p as u32, self.block.id.0));
-            if let Some(target) = target.filter(|target| self.leaves(*target)) {
-                return self.jump(target as usize);
+            if let Some(ahead) = target.filter(|target| *target > self.block.id.0) {
+                return self.jump(ahead as usize);
             }
-            if words.get(b'P').is_some() {
-                // It goes on there, without an end; only the control knows whether with another part.
+            if words.get(b'P').is_some() && !target.is_some_and(|target| self.begins_again(target)) {
+                // It goes on there, for as long as only the control knows.
                 self.doubt(Doubt::UnknownValue, span);
             }
             self.say("nc::endless-program", Severity::Note, span, "M99 begins the program again; one pass is read", "");

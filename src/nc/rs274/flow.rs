@@ -278,6 +278,16 @@ impl Interpreter<'_, Rs274> {
         let asks = |mark: &[u8]| text.windows(mark.len()).any(|window| window == mark);
         let unit = self.modal.unit_mm();
         let at = self.place.programmed / unit;
+        let stands = |axis: usize| {
+            let [name, number] = [b"xyz"[axis], b"123"[axis]];
+            asks(&[b'#', b'<', b'_', name])
+                || asks(&[b'#', b'5', b'0', b'4', number])
+                || asks(&[b'#', b'5', b'4', b'2', number - 1])
+        };
+        // Where it stands behind a probing move only the control knows.
+        if (0..3).any(|axis| self.place.elsewhere[axis] && stands(axis)) {
+            self.doubt(Doubt::UnknownValue, self.flow.source.program().span(self.block.id));
+        }
         if asks(b"#5") {
             let tool = f64::from(self.modal.tool);
             let offset = f64::from(self.modal.wcs) - 53.0;

@@ -1,13 +1,13 @@
 //! The family of RS274: ISO 6983 with the O words of LinuxCNC and the Macro B of Fanuc and Haas. In: blocks of its texts. Out:
 //! their words, and the flow of the program.
 
-mod backward;
 mod calls;
 mod comments;
 mod flow;
 pub(crate) mod lex;
 pub(super) mod state;
 mod unroll;
+mod ways;
 
 use state::Rs274;
 
@@ -16,7 +16,7 @@ use super::doubt::Doubt;
 use super::environment::Environment;
 use super::interp::calls::LOCALS;
 use super::interp::interpreter::{Family, Interpreter, Setting};
-use super::interp::labels::Labels;
+use super::interp::labels::{Labels, Way};
 use super::interp::state::After;
 use super::interp::unroll::{Executed, Plain, Record};
 use super::interp::words::Words;
@@ -128,8 +128,8 @@ impl Family for Rs274 {
         }
     }
 
-    fn goes_back_to(labels: &Labels, program: &Program, block: BlockId) -> Option<u32> {
-        backward::goes_back_to(labels, program, block)
+    fn ways(labels: &Labels, program: &Program, block: BlockId) -> Vec<Way> {
+        ways::ways(labels, program, block)
     }
 
     /// `END m` and `WHILE … DO m` of Macro B.

@@ -144,6 +144,7 @@ impl Interpreter<'_, Siemens> {
     /// inherits the feed in force.
     fn end_without_target(&mut self, place: Span, text: String) {
         self.uses_feed();
+        self.doubt(Doubt::UnknownValue, place);
         self.say("nc::no-target", Severity::Error, place, text, "the program ends here");
         self.flow.ended = true;
     }

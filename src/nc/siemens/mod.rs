@@ -1,6 +1,5 @@
 //! The family of Siemens 840D. In: blocks of its texts. Out: their words, and the flow of the program.
 
-mod backward;
 mod blocks;
 mod calls;
 mod frames;
@@ -9,6 +8,7 @@ pub(crate) mod lex;
 pub(super) mod state;
 mod structures;
 mod unroll;
+mod ways;
 
 use std::collections::BTreeSet;
 
@@ -18,7 +18,7 @@ use state::Siemens;
 
 use super::environment::Environment;
 use super::interp::interpreter::{Family, Interpreter, Setting};
-use super::interp::labels::{Labels, OLine};
+use super::interp::labels::{Labels, OLine, Way};
 use super::interp::state::After;
 use super::interp::unroll::{Executed, Plain, Record};
 use super::interp::words::Words;
@@ -75,8 +75,8 @@ impl Family for Siemens {
         }
     }
 
-    fn goes_back_to(labels: &Labels, program: &Program, block: BlockId) -> Option<u32> {
-        backward::goes_back_to(labels, program, block)
+    fn ways(labels: &Labels, program: &Program, block: BlockId) -> Vec<Way> {
+        ways::ways(labels, program, block)
     }
 
     fn label(labels: &mut Labels, program: &Program, block: BlockId) {
