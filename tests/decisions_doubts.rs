@@ -543,7 +543,7 @@ fn after_g80_group_one_is_in_force_again() {
 
 /// A cut in a loop or a routine that the control may run again, deeper: what decides it, the dialect. The first cut comes before that in the order
 /// of execution, and keeps its feed all the same.
-const AGAIN: [(&str, &str, Dialect); 34] = [
+const AGAIN: [(&str, &str, Dialect); 44] = [
     ("jump back", "N7 CUT\nIF[#1 LT #500]GOTO7", Dialect::Fanuc),
     ("computed target", "N7 CUT\nGOTO#500", Dialect::Fanuc),
     ("a number taken over", "N7 CUT\n#2=#500\nIF[#1 LT #2]GOTO7", Dialect::Fanuc),
@@ -589,6 +589,24 @@ const AGAIN: [(&str, &str, Dialect); 34] = [
     ("as far as a probe went", "N10 CUT\nG31 Z-10. F100\nIF[#5043 GT -5]GOTO10", Dialect::Fanuc),
     ("as far as a probe of LinuxCNC went", "o1 do\nCUT\nG38.3 Z-10 F100\no1 while [#<_z> GT -5]", Dialect::LinuxCnc),
     ("GOTOB to a computed label", "AA: CUT\nGOTOB \"A\"<<R50", Dialect::Siemens),
+    (
+        "a routine of a routine",
+        "M98 P200\nIF[#500 NE 1]GOTO50\nM98 P100\nN50 M30\nO100\nM98 P200\nM99\nO200\nCUT\nM99",
+        Dialect::Fanuc,
+    ),
+    ("a return by a routine", "N10 CUT\nIF[#500 NE 1]GOTO50\nM98 P100\nN50 M30\nO100\nM99 P10", Dialect::Fanuc),
+    ("fallen into", "GOTO20\nN10 IF[#501 NE 1]GOTO99\nN20 CUT\nGOTO10\nN99", Dialect::Fanuc),
+    ("a jump by an input", "N10 CUT\nM96 P10 Q8", Dialect::Haas),
+    ("a jump of macro A", "N10 CUT\nG65 H81 P10 Q#500 R1", Dialect::Fanuc),
+    ("a macro in force", "G66 P100\nG0 X5.\nIF[#500 NE 1]GOTO20\nG0 X9.\nN20 G67\nM30\nO100\nCUT\nM99", Dialect::Fanuc),
+    ("in capital letters", "o1 do\nCUT\nG38.3 Z-10 F100\no1 while [# < _Z > GT -5]", Dialect::LinuxCnc),
+    ("by a computed number", "N10 CUT\n#1=3\nG31 Z-10. F100\nIF[#[5040+#1] GT -5]GOTO10", Dialect::Fanuc),
+    (
+        "a return with a label",
+        "LAB1: CUT\nL100\nM30\n%_N_L100_SPF\nIF R50==1\nRET(\"LAB1\")\nENDIF\nM17",
+        Dialect::Siemens,
+    ),
+    ("a text compared", "LAB1: CUT\nIF GUDS==\"X\" GOTOB LAB1", Dialect::Siemens),
     ("LOOP", "LOOP\nCUT\nIF R50==0 GOTOF BB\nENDLOOP\nBB: G0 Z5", Dialect::Siemens),
 ];
 
@@ -613,6 +631,11 @@ fn what_may_run_again_is_in_doubt_from_its_first_run_on() {
         ("R1=0\nAA: CUT\nR1=R1+1\nIF R1<2 GOTOB AA", Dialect::Siemens, 2),
         ("AA: CUT\nXX: R1=1\nREPEAT AA XX P=2", Dialect::Siemens, 3),
     ];
+    let deeper = "G0 Z9\nN10 G91\nG1 Z-10 F300\nG90 X48 F600\nM99 P10";
+    assert!(
+        !read(&format!("G21\nT1 M6\nS8000 M3\n{deeper}\n"), Dialect::Fanuc, &bare()).doubts.is_empty(),
+        "deeper in each pass"
+    );
     for (body, dialect, cuts) in known {
         let text = format!(
             "G21 G90 G17\nT1 M6\nS8000 M3\nG0 X0 Y10 Z5\n{}\nG0 Z50\nM30\n",
@@ -636,6 +659,8 @@ fn what_plain_language_may_run_again_is_in_doubt_too() {
     };
     for body in [
         "6 LBL 0\nCALL LBL 5\nFN 9: IF +Q50 EQU +0 GOTO LBL 9\nCALL LBL 5\nLBL 9",
+        "6 FN 9: IF +Q50 IS UNDEFINED GOTO LBL 5",
+        "6 Q5 = 5\nFN 9: IF +Q5 EQU +5 GOTO LBL Q5",
         "6 CALL LBL 5 REP Q50",
         "6 FN 9: IF +Q1 EQU +Q50 GOTO LBL 5",
         "6 LBL 0\nCALL LBL Q50",

@@ -55,9 +55,10 @@ mod tests {
     fn the_limit_is_lower_about_the_places_alone_and_never_below_a_quarter() {
         let mut lowered = Lowered::nowhere(3.0);
         assert!(lowered.lower(&[([10.0, -1.0], 0.0125)], 0.01));
-        assert_eq!(
-            [[10.0, -1.0], [13.0, -4.0], [16.1, -1.0], [10.0, 3.1]].map(|at| lowered.share(at)),
-            [0.8, 0.8, 1.0, 1.0]
+        let shares = [[10.0, -1.0], [13.0, -4.0], [16.1, -1.0], [10.0, 3.1]].map(|at| lowered.share(at));
+        assert!(
+            shares.iter().zip([0.8, 0.8, 1.0, 1.0]).all(|(found, share)| (found - share).abs() < 1e-12),
+            "{shares:?}"
         );
         assert!(lowered.lower(&[([10.0, -1.0], 0.0125)], 0.01));
         assert!((lowered.share([10.0, -1.0]) - 0.64).abs() < 1e-12);

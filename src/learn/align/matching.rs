@@ -225,16 +225,9 @@ mod tests {
         assert!(m.correlation > 0.95);
     }
 
-    /// The first quarter of the load is far above the predicted one: the log does not stand there.
+    /// The lag behind a hold with which the log begins holds there too; a hold further on stays one.
     #[test]
     fn a_log_does_not_begin_with_a_hold() {
-        let predicted = pulses(600);
-        let mut measured = vec![0.0; 10];
-        measured.extend(predicted.iter().enumerate().map(|(i, y)| y + 400.0 * f64::exp(-(i as f64) / 60.0)));
-        let m = match_load(&measured, &predicted, 0.1, 5.0, [1.0; 2]).unwrap();
-        for i in [40, 120, 400] {
-            assert!((m.program_s[i] - 0.1 * (i as f64 - 10.0)).abs() < 0.11, "{i}: {}", m.program_s[i]);
-        }
         let mut lags = vec![-3, -2, -1, 0, 1, 2, 2, 2, 3, 4, 5, 5];
         without_leading_hold(&mut lags);
         assert_eq!(lags, [2, 2, 2, 2, 2, 2, 2, 2, 3, 4, 5, 5]);

@@ -3,6 +3,7 @@
 
 use super::state::Heidenhain;
 use crate::diag::{Severity, Span};
+use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::token::{Token, TokenKind};
 
@@ -67,6 +68,7 @@ impl Interpreter<'_, Heidenhain> {
         let operators: [(&[u8], &str); 4] = [(b" EQU ", "=="), (b" NE ", "<>"), (b" GT ", ">"), (b" LT ", "<")];
         let found = operators.iter().find_map(|(mark, sign)| find(mark).map(|at| (at, mark.len(), *sign)));
         let Some((at, length, sign)) = found.filter(|(at, ..)| condition + 3 <= *at && *at < goto) else {
+            self.doubt(Doubt::UnknownValue, place);
             self.not_understood("nc::not-understood", place, "this jump is not followed", "");
             return true;
         };
@@ -86,6 +88,9 @@ impl Interpreter<'_, Heidenhain> {
         if let Some(block) = self.label(&label) {
             self.jump(block + 1);
         } else {
+            // It may be computed.
+            self.uses_feed();
+            self.doubt(Doubt::UnknownValue, place);
             let text = format!("there is no {label}");
             self.say("nc::no-target", Severity::Error, place, text, "the program ends here");
             self.flow.ended = true;

@@ -5,6 +5,7 @@
 //! before and can be reached from there may then run again, deeper or elsewhere, so that its feeds may not rise either. All blocks behind it in
 //! its program of the text count as reached, and those from where any of these goes back to.
 
+use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use super::flow::{Looked, Source, Ways};
@@ -14,6 +15,38 @@ use crate::diag::Span;
 use crate::ids::MoveId;
 use crate::nc::doubt::Doubt;
 use crate::nc::program::Program;
+
+/// What calls run.
+#[derive(Default)]
+struct Called {
+    /// First move of what ran before.
+    first: Option<MoveId>,
+    /// May a return from there go to any block of the caller?
+    returns_to_block: bool,
+}
+
+/// The lowest block that ways lead back to from a block on.
+fn lowest_reached(within: &[(u32, Way)], begin: u32, block: u32) -> u32 {
+    // Ways by where they come from, the last first: each block is looked at once.
+    let mut lowest = block;
+    let mut looked = within.len();
+    loop {
+        let first = within.partition_point(|(from, _)| *from < lowest);
+        let back = within[first..looked.max(first)].iter().filter_map(|(_, way)| match way {
+            Way::Block(to) if (begin..lowest).contains(to) => Some(*to),
+            _ => None,
+        });
+        let Some(lower) = back.min() else { return lowest };
+        (lowest, looked) = (lower, first);
+    }
+}
+
+/// Is this the file of a routine, whatever its ending?
+fn is_file_of(file: &str, label: &str) -> bool {
+    let name = file.rsplit(['/', '\\']).next().unwrap_or(file).to_ascii_lowercase();
+    let stem = name.split('.').next().unwrap_or_default().trim_start_matches('o').trim_start_matches('0').to_owned();
+    name == label || stem == label.trim_start_matches('0')
+}
 
 impl<F: Family> Interpreter<'_, F> {
     /// First move that was made and may be made again because of a doubt at this block; `None`: there is none, or none before those found.
@@ -42,29 +75,57 @@ impl<F: Family> Interpreter<'_, F> {
         if let Some(known) = known.filter(|known| known.block <= block) {
             return Looked { from: None, ..known };
         }
-        let within =
-            ways.list.partition_point(|(from, _)| *from < begin)..ways.list.partition_point(|(from, _)| *from < end);
-        let within = &ways.list[within];
-        let mut lowest = block;
-        loop {
-            let reached = within.iter().filter(|(from, _)| *from >= lowest);
-            let back = reached.filter_map(|(_, way)| if let Way::Block(to) = way { Some(*to) } else { None });
-            let Some(lower) = back.filter(|to| (begin..lowest).contains(to)).min() else { break };
-            lowest = lower;
-        }
-        let reached = || within.iter().filter(|(from, _)| *from >= lowest).map(|(_, way)| way);
+        let within = ways.of_blocks(begin, end);
+        let reached =
+            |lowest: u32| within[within.partition_point(|(from, _)| *from < lowest)..].iter().map(|(_, way)| way);
         // Where a code is not known the flow is.
-        let calls = doubt == Doubt::UnknownValue;
-        let first_move = |way: &Way| match way {
-            Way::Block(to) => self.first_move_of(id, *to),
-            Way::Routine(label) if calls => self.flow.entered.get(label).copied(),
-            Way::AnyRoutine if calls => self.flow.entered.values().min().copied(),
-            _ => None,
+        let after_motions = self.family_calls();
+        let called = if doubt == Doubt::UnknownValue {
+            let lowest = lowest_reached(within, begin, block);
+            self.called(&ways, reached(lowest).chain(&after_motions))
+        } else {
+            Called::default()
         };
-        let back = (lowest < block || at.1).then(|| self.first_move_of(id, lowest)).flatten();
-        let from = reached().filter_map(first_move).chain(back).min();
-        let found = Looked { block, from, returns_to_block: reached().any(|way| *way == Way::Caller) };
+        let lowest = if called.returns_to_block { begin } else { lowest_reached(within, begin, block) };
+        let jumps = reached(lowest).filter_map(|way| if let Way::Block(to) = way { Some(*to) } else { None });
+        // Blocks further down may have run before, and are fallen into.
+        let length = source.program().own_len() as u32;
+        let below = (lowest..end.min(length)).chain(jumps).filter_map(|block| self.first_move_of(id, block));
+        let from = below.chain(called.first).min();
+        let found = Looked { block, from, returns_to_block: reached(lowest).any(|way| *way == Way::Caller) };
         self.flow.looked.insert(key, found);
+        found
+    }
+
+    /// Routines called after motions.
+    fn family_calls(&self) -> Vec<Way> {
+        F::called_after_motions(self).map(Way::Routine).into_iter().collect()
+    }
+
+    /// What the calls among these ways run, and what that calls.
+    fn called<'w>(&mut self, ways: &'w Ways, from: impl Iterator<Item = &'w Way>) -> Called {
+        let (mut found, mut seen) = (Called::default(), BTreeSet::new());
+        let mut open: Vec<Way> = from.filter(|way| !matches!(way, Way::Block(_) | Way::Caller)).cloned().collect();
+        while let Some(way) = open.pop() {
+            let Way::Routine(label) = way else {
+                found.first = found.first.into_iter().chain(self.flow.entered.values().copied()).min();
+                continue;
+            };
+            if !seen.insert(label.clone()) {
+                continue;
+            }
+            found.first = found.first.into_iter().chain(self.flow.entered.get(&label).copied()).min();
+            let body: Vec<Way> = if let Some((begin, end)) = ways.body_of(&label) {
+                ways.of_blocks(begin, end).iter().map(|(_, way)| way.clone()).collect()
+            } else if let Some(index) = self.flow.files.iter().position(|file| is_file_of(&file.name, &label)) {
+                let program = self.flow.files[index].program.clone();
+                self.ways(&program, index + 1).list.iter().map(|(_, way)| way.clone()).collect()
+            } else {
+                Vec::new()
+            };
+            found.returns_to_block |= body.contains(&Way::Caller);
+            open.extend(body.into_iter().filter(|way| !matches!(way, Way::Block(_) | Way::Caller)));
+        }
         found
     }
 
@@ -75,7 +136,8 @@ impl<F: Family> Interpreter<'_, F> {
         let labels = Labels::of(program, F::label);
         let blocks = program.blocks().take(program.own_len());
         let of_block = |block| F::ways(&labels, program, block).into_iter().map(move |way| (block.0, way));
-        let ways = Rc::new(Ways { list: blocks.flat_map(of_block).collect(), programs: labels.programs });
+        let list = blocks.flat_map(of_block).collect();
+        let ways = Rc::new(Ways { list, labels });
         self.flow.ways.insert(id, ways.clone());
         ways
     }

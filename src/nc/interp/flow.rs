@@ -18,16 +18,33 @@ pub const BLOCK_COST: usize = 32;
 pub struct Ways {
     /// Each block with one of its ways, in order.
     pub list: Vec<(u32, Way)>,
-    /// First block of each program of the text, in order.
-    pub programs: Vec<u32>,
+    /// The labels of the text.
+    pub labels: Labels,
 }
 
 impl Ways {
     /// First block of the program that a block belongs to, and that of the next one.
     pub fn program_of(&self, block: u32) -> (u32, u32) {
-        let next = self.programs.partition_point(|begin| *begin <= block + 1);
-        let begin = if next == 0 { 0 } else { self.programs[next - 1] };
-        (begin, self.programs.get(next).copied().unwrap_or(u32::MAX))
+        let programs = &self.labels.programs;
+        let next = programs.partition_point(|begin| *begin <= block + 1);
+        let begin = if next == 0 { 0 } else { programs[next - 1] };
+        (begin, programs.get(next).copied().unwrap_or(u32::MAX))
+    }
+
+    /// The ways of these blocks.
+    pub fn of_blocks(&self, begin: u32, end: u32) -> &[(u32, Way)] {
+        let before = |block: u32| self.list.partition_point(|(from, _)| *from < block);
+        &self.list[before(begin)..before(end.max(begin))]
+    }
+
+    /// First block of a routine of this text, and the one behind it.
+    pub fn body_of(&self, label: &str) -> Option<(u32, u32)> {
+        let line = self.labels.routine(label)?;
+        let begin = line.block + 1;
+        if line.keyword.is_empty() {
+            return Some(self.program_of(begin));
+        }
+        Some((begin, self.labels.after(line.block, &line.label, &["ENDSUB"]).map_or(u32::MAX, |end| end.block)))
     }
 }
 

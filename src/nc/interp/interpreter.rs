@@ -65,6 +65,10 @@ pub(crate) trait Family: Sized {
     fn calls_after_motions(_run: &Interpreter<'_, Self>) -> bool {
         false
     }
+    /// The routine that is called after every motion, by its name in lower case.
+    fn called_after_motions(_run: &Interpreter<'_, Self>) -> Option<String> {
+        None
+    }
     /// Before an element of the contour that begins in this (programmed) direction; `None`: the contour is left.
     fn before_motion(_run: &mut Interpreter<'_, Self>, _kind: MoveKind, _direction: Option<Vec3>) {}
     /// After the motion of a block, if it `moved`.

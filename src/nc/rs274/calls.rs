@@ -137,15 +137,22 @@ impl Interpreter<'_, Rs274> {
         let counts = |block: u32| {
             let mut kinds = program.tokens(BlockId(block)).map(|token| token.kind);
             let steers = |kind| matches!(kind, TokenKind::Name | TokenKind::Assignment | TokenKind::Routine);
-            kinds.any(|kind| steers(kind) || matches!(kind, TokenKind::Computed(_)))
+            let moves_on = |kind| matches!(kind, TokenKind::Word(b'U' | b'V' | b'W') | TokenKind::Computed(_));
+            let incremental = program
+                .tokens(BlockId(block))
+                .any(|token| token.kind == TokenKind::Word(b'G') && [91.0, 92.0, 52.0, 10.0].contains(&token.number));
+            incremental || kinds.any(|kind| steers(kind) || moves_on(kind))
         };
         let cuts = |motion: &Move| motion.kind == MoveKind::Feed && motion.block.0 < target;
-        !self.out.moves.iter().any(cuts) && !(target..self.block.id.0).any(counts)
+        !self.modal.incremental && !self.out.moves.iter().any(cuts) && !(target..self.block.id.0).any(counts)
     }
 
     fn return_word(&mut self, words: &Words, span: Span) {
         if !self.in_subprogram() {
             let target = words.get(b'P').and_then(|p| self.labels().numbered(p as u32, self.block.id.0));
+            let (labels, here) = (self.labels(), self.block.id.0);
+            let own = |block: &u32| labels.start_of_program(*block) == labels.start_of_program(here);
+            let target = target.filter(own);
             if let Some(ahead) = target.filter(|target| *target > self.block.id.0) {
                 return self.jump(ahead as usize);
             }

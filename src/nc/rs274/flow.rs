@@ -275,12 +275,18 @@ impl Interpreter<'_, Rs274> {
 
     /// Sets the parameters a control keeps itself, where the expression may ask for them.
     pub(crate) fn predefine(&mut self, text: &[u8]) {
+        if memchr::memchr(b'#', text).is_none() {
+            return;
+        }
+        let text: Vec<u8> =
+            text.iter().filter(|byte| !byte.is_ascii_whitespace()).map(u8::to_ascii_lowercase).collect();
         let asks = |mark: &[u8]| text.windows(mark.len()).any(|window| window == mark);
         let unit = self.modal.unit_mm();
         let at = self.place.programmed / unit;
         let stands = |axis: usize| {
             let [name, number] = [b"xyz"[axis], b"123"[axis]];
-            asks(&[b'#', b'<', b'_', name])
+            asks(&[b'#', b'<', b'_', name, b'>'])
+                || asks(b"#[")
                 || asks(&[b'#', b'5', b'0', b'4', number])
                 || asks(&[b'#', b'5', b'4', b'2', number - 1])
         };
@@ -288,7 +294,7 @@ impl Interpreter<'_, Rs274> {
         if (0..3).any(|axis| self.place.elsewhere[axis] && stands(axis)) {
             self.doubt(Doubt::UnknownValue, self.flow.source.program().span(self.block.id));
         }
-        if asks(b"#5") {
+        if asks(b"#5") || asks(b"#[") {
             let tool = f64::from(self.modal.tool);
             let offset = f64::from(self.modal.wcs) - 53.0;
             self.parameters.numbered.extend([(5220, offset), (5400, tool)]);

@@ -76,6 +76,10 @@ impl Family for Rs274 {
         run.family.modal_macro.is_some() && !run.in_modal_macro()
     }
 
+    fn called_after_motions(run: &Interpreter<'_, Self>) -> Option<String> {
+        run.family.modal_macro.as_ref().and_then(|called| called.label.clone())
+    }
+
     fn after_block(run: &mut Interpreter<'_, Self>, words: &Words) {
         run.call_words(words);
         run.call_modal_macro(words);

@@ -36,12 +36,18 @@ pub(super) fn ways(labels: &Labels, program: &Program, block: BlockId) -> Vec<Wa
     };
     let to = tokens.iter().find(|token| matches!(token.kind, TokenKind::Word(b'P') | TokenKind::Computed(b'P')));
     let number = to.filter(|token| token.kind == TokenKind::Word(b'P')).map(|token| token.number);
+    // Macro A: G65 H80 to H86 jump.
+    let jumps = |token: &Token| token.kind == TokenKind::Word(b'H') && (80.0..=86.0).contains(&token.number);
+    if has(b'G', 65.0) && tokens.iter().any(jumps) {
+        return vec![numbered(labels, number, block)];
+    }
     if CALLS.iter().any(|(letter, number)| has(*letter, *number)) {
         // P100082 of some controls is ten times program 82.
         let routines = |number: f64| [number, number % 10_000.0].map(|of| Way::Routine(routine(of))).to_vec();
         return number.map_or_else(|| vec![Way::AnyRoutine], routines);
     }
-    if has(b'M', 97.0) {
+    // M96 of Haas jumps where an input is off.
+    if has(b'M', 97.0) || has(b'M', 96.0) {
         return vec![numbered(labels, number, block)];
     }
     if has(b'M', 99.0) && to.is_some() {

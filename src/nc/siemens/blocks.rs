@@ -5,6 +5,7 @@ use super::calls::repeats;
 use super::frames::ENDS_LOST_FRAME;
 use super::state::Siemens;
 use super::structures::structure_word;
+use super::ways::RUNS_ANYTHING;
 use crate::diag::Span;
 use crate::ids::{BlockId, MoveId};
 use crate::nc::doubt::Doubt;
@@ -143,7 +144,7 @@ impl Interpreter<'_, Siemens> {
                         _ => {
                             self.doubt(Doubt::MissingProgram, token.span);
                             // CALL BLOCK A TO B runs a section of this program again, CALL "NAME" what the variable says.
-                            if matches!(name.as_str(), "CALL" | "PCALL") {
+                            if RUNS_ANYTHING.contains(&name.as_str()) {
                                 self.doubt_since(Doubt::MissingProgram, MoveId(0), token.span);
                             }
                             let said = format!("{name} is not known here");

@@ -5,7 +5,9 @@ use super::frames::ENDS_LOST_FRAME;
 use super::state::ModalCall;
 use super::state::Siemens;
 use super::structures::name;
+use super::ways::RUNS_ANYTHING;
 use crate::diag::{Severity, Span};
+use crate::ids::MoveId;
 use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::state::Cycle;
@@ -90,6 +92,9 @@ impl Interpreter<'_, Siemens> {
     fn doubt_of_foreign(&mut self, name: &str, place: Span) {
         if !OWN_CYCLES.iter().any(|cycle| name.starts_with(cycle)) {
             self.doubt(Doubt::MissingProgram, place);
+            if RUNS_ANYTHING.contains(&name) {
+                self.doubt_since(Doubt::MissingProgram, MoveId(0), place);
+            }
         } else if name.starts_with("CYCLE97") {
             self.doubt(Doubt::Probe, place);
         }

@@ -4,6 +4,7 @@
 use super::state::Siemens;
 use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
+use crate::nc::doubt::Doubt;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::words::Words;
 use crate::nc::program::Program;
@@ -132,6 +133,7 @@ impl Interpreter<'_, Siemens> {
     }
 
     fn unbalanced(&mut self, span: Span) {
+        self.doubt(Doubt::UnknownValue, span);
         let text = "the other end of this structure is missing";
         self.say("nc::unbalanced", Severity::Error, span, text, "the rest of the program is not executed");
         self.flow.ended = true;

@@ -6,6 +6,9 @@ use crate::nc::interp::labels::{Labels, Way};
 use crate::nc::program::Program;
 use crate::nc::token::{Token, TokenKind};
 
+/// Statements that run what a variable says, or a section of this program.
+pub(super) const RUNS_ANYTHING: [&str; 4] = ["CALL", "PCALL", "EXTCALL", "EXECSTRING"];
+
 /// Words behind which a block goes to a label.
 const TO_LABELS: [&str; 7] = ["GOTOF", "GOTOB", "GOTO", "GOTOC", "GOTOS", "REPEAT", "REPEATB"];
 
@@ -26,15 +29,23 @@ pub(super) fn ways(labels: &Labels, program: &Program, block: BlockId) -> Vec<Wa
             if TO_LABELS.contains(&word.as_str()) {
                 return targets(labels, &tokens[at + 1..], text, (&word, begin));
             }
-            vec![if matches!(word.as_str(), "CALL" | "PCALL") {
-                Way::AnyRoutine
-            } else {
-                Way::Routine(word.to_ascii_lowercase())
-            }]
+            match word.as_str() {
+                _ if RUNS_ANYTHING.contains(&word.as_str()) => vec![Way::AnyRoutine],
+                // RET may say where the caller goes on.
+                "RET" => vec![Way::Caller],
+                _ => vec![Way::Routine(word.to_ascii_lowercase())],
+            }
         }
         _ => Vec::new(),
     };
-    tokens.iter().enumerate().flat_map(of_token).collect()
+    let mut ways: Vec<Way> = tokens.iter().enumerate().flat_map(of_token).collect();
+    // A jump amid what is not read as words, as behind a text that is compared.
+    let goes = |token: &Token| token.kind == TokenKind::Name && name(token, text).starts_with("GOTO");
+    if program.line_text(block).to_ascii_uppercase().windows(4).any(|part| part == b"GOTO") && !tokens.iter().any(goes)
+    {
+        ways.push(Way::Block(begin));
+    }
+    ways
 }
 
 /// Where a jump or a repetition goes to; what is not stated may be the beginning of the program.
