@@ -1,8 +1,8 @@
 //! Where the scallop limit of a plan is lower. In: places where an earlier plan, as it was written, left more than the limit, and how much. Out:
 //! the share of the limit at any place.
 //!
-//! Between the places of a plan, and where passes end askew to a rim, more may be left than at the places. There, and within the radius
-//! of the tool of it, the next plan has a lower limit; elsewhere passes stay as far apart as the limit allows.
+//! Between the places of a plan, and where passes end askew to a rim, more may be left than at the places. There, and within one to two
+//! radii of the tool of it, the next plan has a lower limit; elsewhere passes stay as far apart as the limit allows.
 
 use std::collections::BTreeMap;
 

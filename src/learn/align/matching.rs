@@ -188,7 +188,8 @@ fn without_leading_hold(lags: &mut [i64]) {
     }
 }
 
-/// Steps of the grid after which a hold at the latest counts as one with which the log begins.
+/// Steps of the grid (0.2 s or more) after which a hold at the latest counts as one with which the log begins: the match may run one or two before
+/// standing is cheaper. Judgement.
 const LATEST_BEGIN: usize = 3;
 
 /// Correlation of both loads where they overlap.
@@ -231,6 +232,9 @@ mod tests {
         let mut lags = vec![-3, -2, -1, 0, 1, 2, 2, 2, 3, 4, 5, 5];
         without_leading_hold(&mut lags);
         assert_eq!(lags, [2, 2, 2, 2, 2, 2, 2, 2, 3, 4, 5, 5]);
+        let mut after_two = vec![0, 0, 0, 1, 2, 3, 3];
+        without_leading_hold(&mut after_two);
+        assert_eq!(after_two, [3; 7]);
         let mut late = vec![0, 0, 0, 0, 1, 2, 3, 3];
         without_leading_hold(&mut late);
         assert_eq!(late, [0, 0, 0, 0, 1, 2, 3, 3]);

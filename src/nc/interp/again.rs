@@ -78,7 +78,7 @@ impl<F: Family> Interpreter<'_, F> {
         let within = ways.of_blocks(begin, end);
         let reached =
             |lowest: u32| within[within.partition_point(|(from, _)| *from < lowest)..].iter().map(|(_, way)| way);
-        // Where a code is not known the flow is.
+        // An unknown code or a missing program leaves branches and counts as they are here: calls run as simulated, behind the doubt.
         let after_motions = self.family_calls();
         let called = if doubt == Doubt::UnknownValue {
             let lowest = lowest_reached(within, begin, block);
