@@ -30,7 +30,7 @@ fn a_real_log_is_read_and_follows_its_program_line_by_line() {
     let prepared = simulate(&program, &job, false).unwrap();
     let line = block.iter().map(|b| b + 1.0).collect();
     let log = Log { time_s: time.iter().map(|t| t - time[0]).collect(), line: Some(line), ..Log::default() };
-    let tied = by_line(&log, prepared.timeline(), &prepared.known(&job).slower).unwrap();
+    let tied = by_line(&log, prepared.timeline(), prepared.known(&job).slower).unwrap();
     let placed: Vec<f64> = tied.program_s.iter().copied().filter(|t| t.is_finite()).collect();
     println!("{} of {} stamps placed, misfit {:.3}", placed.len(), time.len(), tied.misfit);
     // Stamps on lines that move nothing (comments, M codes, the way home) have no place on the path.

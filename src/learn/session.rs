@@ -147,7 +147,7 @@ pub fn learn_with_data(
         };
         let Some(again) = prepared.with_sizes(job, found, loader) else { break };
         (sizes, others) = (found, again);
-        let known = ProgramView { others: others.clone(), ..prepared.known(job) };
+        let known = ProgramView { others: &others, ..prepared.known(job) };
         let (nearer, doubtful) = bin_log(log, &aligned, &known, channels);
         data = Data { timed_acceleration: data.timed_acceleration, clock_s: data.clock_s, ..nearer };
         lowered = doubtful;
@@ -261,7 +261,7 @@ impl LogData<'_> {
     fn about(&self, grid: RunoutGrid, coefficients: LinearEdge, wanted: Sample) -> Data {
         let (prepared, about) = (self.prepared, About { grid, coefficients: Some(coefficients) });
         let timeline = prepared.timeline.with_runouts(&prepared.path, &prepared.map, self.job, wanted, about);
-        let known = ProgramView { others: self.others.to_vec(), ..prepared.known_at(self.job, &timeline, grid) };
+        let known = ProgramView { others: self.others, ..prepared.known_at(self.job, &timeline, grid) };
         bin_log(self.log, self.aligned, &known, self.channels).0
     }
 }

@@ -24,9 +24,9 @@ use crate::learn::log::Log;
 use crate::learn::program::clock::{Clock, Slower};
 use crate::learn::program::simulated::ProgramView;
 use crate::learn::program::timeline::Timeline;
-use crate::learn::regress::linear::{Loss, robust};
+use crate::learn::regress::linear::{Loss, robust_coefficients};
 use crate::learn::regress::statistics::{correlation, median, scale_of};
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
 
 /// Range of lags that is searched beyond the difference in length, s.
@@ -57,7 +57,7 @@ const LAG_ROUND: usize = 3;
 
 /// Aligns a log by the measured quantity `index`; `None` if it cannot be found in the program.
 pub fn by_load(log: &Log, index: usize, known: &ProgramView) -> Option<Aligned> {
-    let (timeline, slower, job) = (known.timeline, known.slower.as_slice(), known.job);
+    let (timeline, slower, job) = (known.timeline, known.slower, known.job);
     let force = log.measured[index].0.starts_with("force");
     let measured = thinned(log, index)?;
     let mut parts = parts(timeline, job, force);
@@ -244,7 +244,7 @@ fn coarse(measured: &MeasuredLoad, timeline: &Timeline, slower: &[Slower], parts
     let clocks = factors.map(|factor| Clock::new(timeline, slower, factor));
     let with_loads = |clock: Clock| {
         let predicted = PredictedLoad::new(timeline, &clock, parts, 0.0, 0.0);
-        let loads = predicted.on_grid(clock.total_s(), step);
+        let loads = predicted.before_fit().on_grid(clock.total_s(), step);
         (clock, loads)
     };
     let short = |clock: &Clock| clock.factor == 1.0 || clock.total_s() <= end + REACH_S;
@@ -374,15 +374,16 @@ fn without_cut(factors: [f64; PARTS]) -> [f64; PARTS] {
 fn refitted(measured: &MeasuredLoad, predicted: &PredictedLoad, placed: &[f64]) -> Option<([f64; PARTS], f64)> {
     let inside: Vec<usize> = (0..placed.len()).filter(|i| placed[*i].is_finite()).collect();
     let used: Vec<usize> = (0..PARTS).filter(|b| predicted.parts[*b].iter().any(|x| *x != 0.0)).collect();
-    let x = DMatrix::from_fn(inside.len(), used.len(), |r, c| predicted.part(used[c], placed[inside[r]]));
+    let parts: Vec<[f64; PARTS]> = inside.iter().map(|i| predicted.at(placed[*i])).collect();
+    let x = DMatrix::from_fn(inside.len(), used.len(), |r, c| parts[r][used[c]]);
     let y: Vec<f64> = inside.iter().map(|i| measured.load[*i]).collect();
-    let fit = robust(&x, &y, &vec![1.0; y.len()], Loss::Huber)?;
+    let (coefficients, residuals) = robust_coefficients(&x, &y, &vec![1.0; y.len()], Loss::Huber)?;
     let mut factors = [0.0; PARTS];
-    for (b, factor) in used.iter().zip(&fit.coefficients) {
+    for (b, factor) in used.iter().zip(&coefficients) {
         factors[*b] = *factor;
     }
     let top = y.iter().copied().fold(0.0, f64::max);
-    Some((factors, scale_of(&fit.residuals).max(0.002 * top).max(1e-9)))
+    Some((factors, scale_of(&residuals).max(0.002 * top).max(1e-9)))
 }
 
 /// The lag of the sensor with the least squares, s, and the drift with it.
@@ -411,17 +412,19 @@ fn best_lag(measured: &MeasuredLoad, timeline: &Timeline, state: &State, parts: 
 
 /// Least squares over the factors on the parts.
 fn squares(measured: &MeasuredLoad, predicted: &PredictedLoad, placed: &[f64]) -> f64 {
-    let (mut normal, mut rhs, mut whole) = (DMatrix::<f64>::zeros(PARTS, PARTS), DVector::<f64>::zeros(PARTS), 0.0);
+    let (mut normal, mut rhs, mut whole) = (Normal::zeros(), SVector::<f64, PARTS>::zeros(), 0.0);
     for (t, y) in placed.iter().zip(&measured.load) {
-        let x = DVector::from_fn(PARTS, |b, _| predicted.part(b, *t));
-        normal.syger(1.0, &x, &x, 1.0);
-        rhs.axpy(*y, &x, 1.0);
+        let x = SVector::from(predicted.at(*t));
+        normal += x * x.transpose();
+        rhs += x * *y;
         whole += y * y;
     }
-    let full =
-        DMatrix::from_fn(PARTS, PARTS, |a, b| normal[(a.max(b), a.min(b))] + if a == b { 1e-9 * whole } else { 0.0 });
+    let full = normal + Normal::identity() * (1e-9 * whole);
     full.cholesky().map_or(f64::INFINITY, |c| whole - rhs.dot(&c.solve(&rhs)))
 }
+
+/// Normal equations of the factors on the parts.
+type Normal = SMatrix<f64, PARTS, PARTS>;
 
 /// Correlation of the measured load and the fitted one.
 fn agreement(measured: &MeasuredLoad, predicted: &PredictedLoad, walk: &Drift) -> f64 {

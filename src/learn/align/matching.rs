@@ -6,7 +6,7 @@
 //! more. Where nothing was measured (NaN) only changes of the lag cost. A change of feed override is a series of steps
 //! of the lag.
 
-use crate::learn::regress::linear::{Loss, robust};
+use crate::learn::regress::linear::{Loss, robust_coefficients};
 use crate::learn::regress::statistics::{correlation, scale_of};
 use nalgebra::DMatrix;
 
@@ -107,9 +107,9 @@ fn regression(measured: &[f64], predicted: &[f64], lags: &[i64]) -> Option<(f64,
         .collect();
     let x = DMatrix::from_fn(pairs.len(), 2, |i, j| if j == 0 { 1.0 } else { pairs[i].0 });
     let y: Vec<f64> = pairs.iter().map(|p| p.1).collect();
-    let fit = robust(&x, &y, &vec![1.0; y.len()], Loss::Tukey)?;
+    let (found, residuals) = robust_coefficients(&x, &y, &vec![1.0; y.len()], Loss::Tukey)?;
     let top = y.iter().copied().fold(0.0, f64::max);
-    Some((fit.coefficients[0], fit.coefficients[1].max(1e-9), scale_of(&fit.residuals).max(0.01 * top).max(1e-9)))
+    Some((found[0], found[1].max(1e-9), scale_of(&residuals).max(0.01 * top).max(1e-9)))
 }
 
 /// The lags of least cost. At every time the machine runs or is held; while it is held the lag grows with time.
@@ -126,37 +126,37 @@ fn viterbi(
     let [step_cost, hold_cost] = [STEP_COST * stiffness[0], HOLD_COST * stiffness[1]];
     let n = measured.len();
     let cost = |off: f64| if off.is_finite() { (off / s).powi(2).min(CAP) } else { 0.0 };
-    let emission = |i: usize, d: usize| {
-        let k = i as i64 - (low + d as i64);
-        let expected = if k >= 0 && (k as usize) < scaled.len() { scaled[k as usize] } else { standing };
-        cost(measured[i] - expected)
-    };
-    let mut runs: Vec<f64> = (0..states).map(|d| emission(0, d)).collect();
-    let mut held = vec![f64::INFINITY; states];
+    // The expected load at the lags of one time lies in one piece: that of lag d at time i is the (n − 1 − i + d)-th.
+    let at = |m: usize| usize::try_from(n as i64 - 1 - m as i64 - low).ok().and_then(|k| scaled.get(k)).copied();
+    let expected: Vec<f64> = (0..n + states).map(|m| at(m).unwrap_or(standing)).collect();
+    let expected_at = |i: usize| &expected[n - 1 - i..n - 1 - i + states];
+    // With a lag beyond either end, which no way leads through.
+    let beyond = f64::INFINITY;
+    let mut runs = vec![beyond; states + 2];
+    runs[1..=states].iter_mut().zip(expected_at(0)).for_each(|(r, e)| *r = cost(measured[0] - e));
+    let mut held = vec![beyond; states + 1];
     // Predecessor of a running state: 0 the same lag, 1 one less (the machine is slower), 2 one more, 3 held. Of a held
     // state: 1 held, 0 running.
     let mut from = vec![[0u8; 2]; n * states];
     let (mut next_runs, mut next_held) = (runs.clone(), held.clone());
     for i in 1..n {
-        let changes = cost(measured[i] - measured[i - 1]);
+        let (changes, expected) = (cost(measured[i] - measured[i - 1]), expected_at(i));
+        let from = &mut from[i * states..(i + 1) * states];
         for d in 0..states {
-            let mut best = (runs[d], 0u8);
-            let more =
-                [(d > 0).then(|| (runs[d - 1] + step_cost, 1)), (d + 1 < states).then(|| (runs[d + 1] + step_cost, 2))];
-            for way in more.into_iter().flatten().chain([(held[d], 3)]) {
-                if way.0 < best.0 {
-                    best = way;
-                }
+            let (less, same, more) = (runs[d] + step_cost, runs[d + 1], runs[d + 2] + step_cost);
+            let mut best = (same, 0u8);
+            for way in [(less, 1), (more, 2), (held[d + 1], 3)] {
+                best = if way.0 < best.0 { way } else { best };
             }
-            next_runs[d] = best.0 + emission(i, d);
-            let (begins, goes_on) =
-                if d > 0 { (runs[d - 1] + hold_cost, held[d - 1]) } else { (f64::INFINITY, f64::INFINITY) };
-            next_held[d] = begins.min(goes_on) + HELD_COST + changes;
-            from[i * states + d] = [best.1, u8::from(goes_on <= begins)];
+            next_runs[d + 1] = best.0 + cost(measured[i] - expected[d]);
+            let (begins, goes_on) = (runs[d] + hold_cost, held[d]);
+            next_held[d + 1] = begins.min(goes_on) + HELD_COST + changes;
+            from[d] = [best.1, u8::from(goes_on <= begins)];
         }
         std::mem::swap(&mut runs, &mut next_runs);
         std::mem::swap(&mut held, &mut next_held);
     }
+    let runs = &runs[1..=states];
     let mut d = (0..states).min_by(|a, b| runs[*a].total_cmp(&runs[*b])).unwrap_or(0);
     let total = runs[d] / n as f64;
     let mut lags = vec![0; n];

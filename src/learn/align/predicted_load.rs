@@ -75,8 +75,6 @@ pub(in crate::learn) fn parts(timeline: &Timeline, job: &Job, force: bool) -> Ve
 pub(in crate::learn) struct PredictedLoad {
     step_s: f64,
     pub(in crate::learn) parts: [Vec<f64>; PARTS],
-    /// Factors on the parts.
-    pub(in crate::learn) factors: [f64; PARTS],
 }
 
 impl PredictedLoad {
@@ -106,28 +104,37 @@ impl PredictedLoad {
         for part in &mut out {
             smooth(part, span_s / step_s);
         }
-        Self { step_s, parts: out, factors: BEFORE_FIT }
+        Self { step_s, parts: out }
     }
 
-    /// The same with other factors.
-    pub(in crate::learn) fn with(&self, factors: [f64; PARTS]) -> Self {
-        Self { factors, parts: self.parts.clone(), ..*self }
+    /// The sum of the parts with these factors.
+    pub(in crate::learn) fn with(&self, factors: [f64; PARTS]) -> FittedLoad {
+        let sum = |k: usize| (0..PARTS).map(|b| factors[b] * self.parts[b][k]).sum();
+        FittedLoad { step_s: self.step_s, load: (0..self.parts[0].len()).map(sum).collect() }
     }
 
-    /// Part `b` at a time, linear between the middles of the steps, 0 outside the program.
-    pub(in crate::learn) fn part(&self, b: usize, t: f64) -> f64 {
-        let (part, at) = (&self.parts[b], t / self.step_s);
-        if at < 0.0 || at >= part.len() as f64 {
-            return 0.0;
-        }
-        let past = (at - 0.5).max(0.0);
-        let k = past as usize;
-        let next = part[(k + 1).min(part.len() - 1)];
-        part[k] + (past - k as f64) * (next - part[k])
+    /// The sum before a fit: tare, cutting and edge by the declared coefficients.
+    pub(in crate::learn) fn before_fit(&self) -> FittedLoad {
+        self.with(BEFORE_FIT)
     }
 
+    /// Every part at a time, linear between the middles of the steps, 0 outside the program.
+    pub(in crate::learn) fn at(&self, t: f64) -> [f64; PARTS] {
+        let Some(between) = between(self.parts[0].len(), self.step_s, t) else { return [0.0; PARTS] };
+        std::array::from_fn(|b| linear(&self.parts[b], between))
+    }
+}
+
+/// A load over program time.
+pub(in crate::learn) struct FittedLoad {
+    step_s: f64,
+    load: Vec<f64>,
+}
+
+impl FittedLoad {
+    /// The load at a time, linear between the middles of the steps, 0 outside the program.
     pub(in crate::learn) fn at(&self, t: f64) -> f64 {
-        (0..PARTS).map(|b| self.factors[b] * self.part(b, t)).sum()
+        between(self.load.len(), self.step_s, t).map_or(0.0, |place| linear(&self.load, place))
     }
 
     /// Change per second over `width` seconds.
@@ -144,6 +151,21 @@ impl PredictedLoad {
     pub(in crate::learn) fn mean(&self, t: f64, width: f64) -> f64 {
         (-2..=2).map(|k| self.at(t + width * f64::from(k) / 5.0)).sum::<f64>() / 5.0
     }
+}
+
+/// Of `count` steps the two whose middles a time lies between, and the share of the way; `None` outside the program.
+fn between(count: usize, step_s: f64, t: f64) -> Option<(usize, usize, f64)> {
+    let at = t / step_s;
+    if at < 0.0 || at >= count as f64 {
+        return None;
+    }
+    let past = (at - 0.5).max(0.0);
+    let k = past as usize;
+    Some((k, (k + 1).min(count - 1), past - k as f64))
+}
+
+fn linear(values: &[f64], (k, next, share): (usize, usize, f64)) -> f64 {
+    values[k] + share * (values[next] - values[k])
 }
 
 /// Running mean over `width` steps about the middle of each.
@@ -184,10 +206,11 @@ mod tests {
     fn a_load_is_read_between_the_middles_of_its_steps() {
         let rise: Vec<f64> = (0..50).map(|k| 0.02 * (f64::from(k) + 0.5)).collect();
         let parts: [Vec<f64>; PARTS] = std::array::from_fn(|_| rise.clone());
-        let predicted = PredictedLoad { step_s: 0.02, parts, factors: BEFORE_FIT };
+        let predicted = PredictedLoad { step_s: 0.02, parts };
         for t in [0.01, 0.153, 0.5, 0.985] {
-            assert!((predicted.part(0, t) - t).abs() < 1e-12, "{t}: {}", predicted.part(0, t));
+            assert!((predicted.at(t)[0] - t).abs() < 1e-12, "{t}: {}", predicted.at(t)[0]);
+            assert!((predicted.before_fit().at(t) - 3.0 * t).abs() < 1e-12, "three parts count before a fit");
         }
-        assert_eq!([-0.001, 1.0].map(|t| predicted.part(0, t)), [0.0, 0.0]);
+        assert_eq!([-0.001, 1.0].map(|t| predicted.at(t)[0]), [0.0, 0.0]);
     }
 }

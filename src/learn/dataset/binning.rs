@@ -275,7 +275,7 @@ impl PlacedLog<'_> {
             let mut at_sample = self.cut(i, quantity, &data.base, &declared);
             let changed = |other: &OtherGeometry| self.cut(i, quantity, &data.base, &|k| &other.engaged[k]);
             let changed: Vec<Vec<f64>> = self.known.others.iter().map(changed).collect();
-            for ((sum, other), to) in variants.iter_mut().zip(&self.known.others).zip(&changed) {
+            for ((sum, other), to) in variants.iter_mut().zip(self.known.others).zip(&changed) {
                 let from = other.over.map_or(&at_sample, |k| &changed[k]);
                 for b in 0..p {
                     sum[b] += (to[b] - from[b]) / other.size / n;
@@ -308,7 +308,7 @@ impl PlacedLog<'_> {
             for (index, share) in self.spot_shares(at_s) {
                 // A measured feed does not depend on the assumed machine.
                 let slower = |all: &Vec<f64>| if self.feed.is_some() { 1.0 } else { all[index] };
-                ratios.iter_mut().zip(&self.known.slower).for_each(|(r, (_, all))| *r += share * slower(all) / n);
+                ratios.iter_mut().zip(self.known.slower).for_each(|(r, (_, all))| *r += share * slower(all) / n);
             }
             if let (Some(spot), Some(quantity)) = (self.spot[i].map(|k| &self.known.timeline.spots[k]), quantity) {
                 for (value, base) in at_sample.iter_mut().zip(&data.base) {

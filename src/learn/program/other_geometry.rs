@@ -3,10 +3,11 @@
 //! simulated the cut is taken as linear in the size.
 
 use crate::effects::Change;
-use crate::engage::{Loader, Options, engage};
+use crate::engage::{Again, EngagementMap, Loader, Options, engage, engage_again};
 use crate::learn::log::resultant::Sample;
 use crate::learn::program::timeline::{Timeline, engaged_otherwise};
 use crate::learn::program::turned::path_at_turned_stock;
+use crate::learn::program::unchanged_moves::unchanged_moves;
 use crate::learn::program::variant::OtherGeometry;
 use crate::learn::program::variant::Variant;
 use crate::machine::Job;
@@ -101,6 +102,7 @@ impl SizeChanges {
 /// Engagement of the spots with each of the usual changes.
 pub(in crate::learn) fn usual_geometries(
     path: &Toolpath,
+    map: &EngagementMap,
     timeline: &Timeline,
     job: &Job,
     forces: Option<Sample>,
@@ -108,7 +110,7 @@ pub(in crate::learn) fn usual_geometries(
 ) -> Vec<OtherGeometry> {
     let mut all: Vec<OtherGeometry> = Vec::new();
     for grown_mm in STOCK_CHANGE_MM {
-        let others = other_geometries(path, timeline, job, SizeChanges::by(job, grown_mm), forces, loader);
+        let others = other_geometries(path, map, timeline, job, SizeChanges::by(job, grown_mm), forces, loader);
         let is_new = |other: &OtherGeometry| !all.iter().any(|known| known.is_same(other));
         let new: Vec<OtherGeometry> = others.into_iter().filter(is_new).collect();
         all.extend(new);
@@ -125,9 +127,10 @@ pub(in crate::learn) fn beside_usual(found: Vec<OtherGeometry>, usual: &[OtherGe
     found.into_iter().chain(more).collect()
 }
 
-/// Engagement of the spots with each of these changes.
+/// Engagement of the spots with each of these changes; `map` is that of the declared stock and tools.
 pub(in crate::learn) fn other_geometries(
     path: &Toolpath,
+    map: &EngagementMap,
     timeline: &Timeline,
     job: &Job,
     sizes: SizeChanges,
@@ -159,8 +162,14 @@ pub(in crate::learn) fn other_geometries(
         .into_par_iter()
         .filter_map(|(variant, size, other)| {
             let other = other?;
-            let changed = engage(path, &other, &options, &|_| ()).ok()?;
-            let engaged = engaged_otherwise(path, &changed, &other, timeline, forces);
+            let unchanged = unchanged_moves(path, map, job, &other);
+            let again = unchanged.as_ref().map(|of_move| Again { known: map, of_move });
+            let changed = match again {
+                Some(again) => engage_again(path, &other, &options, again, &|_| ()),
+                None => engage(path, &other, &options, &|_| ()),
+            };
+            let changed = changed.ok()?;
+            let engaged = engaged_otherwise(path, &changed, &other, timeline, forces, unchanged.as_deref());
             Some(OtherGeometry { variant, size, engaged, over: None })
         })
         .collect();
@@ -168,7 +177,7 @@ pub(in crate::learn) fn other_geometries(
         others.extend(engage(&turned, job, &options, &|_| ()).ok().map(|changed| OtherGeometry {
             variant: Variant::StockTurn,
             size: sizes.turn_rad,
-            engaged: engaged_otherwise(&turned, &changed, job, timeline, forces),
+            engaged: engaged_otherwise(&turned, &changed, job, timeline, forces, None),
             over: None,
         }));
     }

@@ -10,6 +10,7 @@ use crate::learn::program::timeline::{Timeline, speed_ratios, timeline};
 use crate::learn::program::variant::OtherGeometry;
 use crate::machine::Job;
 use crate::nc::{Environment, Toolpath, interpret, parse, unit};
+use rayon::prelude::*;
 
 /// Accelerations that are tried, over the declared one.
 const SLOWER: [f64; 14] = [0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.09, 0.06, 0.045, 0.03, 0.02, 0.015, 0.01, 0.007];
@@ -21,9 +22,9 @@ pub struct ProgramView<'a> {
     /// The program over time.
     pub timeline: &'a Timeline,
     /// Other geometries.
-    pub others: Vec<OtherGeometry>,
+    pub others: &'a [OtherGeometry],
     /// Speed over declared speed on slower machines, spot by spot: (factor, ratios).
-    pub slower: Vec<(f64, Vec<f64>)>,
+    pub slower: &'a [(f64, Vec<f64>)],
     /// Runouts for which the forces of the spots were computed.
     pub runouts: RunoutGrid,
 }
@@ -52,7 +53,7 @@ pub fn simulate_for(
     loader: Option<Loader>,
 ) -> Result<SimulatedProgram, EngageError> {
     let declared = simulate_declared(program, job, forces, loader)?;
-    let others = usual_geometries(&declared.path, &declared.timeline, job, forces, loader);
+    let others = usual_geometries(&declared.path, &declared.map, &declared.timeline, job, forces, loader);
     Ok(SimulatedProgram { others, ..declared })
 }
 
@@ -67,7 +68,7 @@ pub fn simulate_declared(
     let path = interpret(&program, &unit::with_its_unit(&program, Environment::from_job(job), Some(job)));
     let map = engage(&path, job, &options(loader), &|_| ())?;
     let timeline = timeline(&path, &map, job, forces);
-    let slower = SLOWER.iter().map(|f| (*f, speed_ratios(&path, &map, job, &timeline, *f))).collect();
+    let slower = SLOWER.par_iter().map(|f| (*f, speed_ratios(&path, &map, job, &timeline, *f))).collect();
     Ok(SimulatedProgram { path, map, timeline, others: Vec::new(), slower, forces })
 }
 
@@ -86,7 +87,7 @@ impl SimulatedProgram {
         timeline: &'a Timeline,
         runouts: RunoutGrid,
     ) -> ProgramView<'a> {
-        ProgramView { job, timeline, others: self.others.clone(), slower: self.slower.clone(), runouts }
+        ProgramView { job, timeline, others: &self.others, slower: &self.slower, runouts }
     }
     /// Its spots over time.
     pub fn timeline(&self) -> &Timeline {
@@ -99,7 +100,7 @@ impl SimulatedProgram {
         sizes: SizeChanges,
         loader: Option<Loader>,
     ) -> Option<Vec<OtherGeometry>> {
-        let found = other_geometries(self.toolpath(), self.timeline(), job, sizes, self.forces, loader);
+        let found = other_geometries(self.toolpath(), &self.map, self.timeline(), job, sizes, self.forces, loader);
         (!found.is_empty()).then(|| beside_usual(found, &self.others))
     }
 }

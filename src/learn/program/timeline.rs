@@ -289,31 +289,31 @@ impl Build<'_> {
     }
 }
 
-/// Engagement of every spot with another job (larger stock, other tool), simulated as `map`.
+/// Engagement of every spot with another job (larger stock, other tool), simulated as `map`; moves that are `unchanged` keep theirs.
 pub fn engaged_otherwise(
     path: &Toolpath,
     map: &EngagementMap,
     job: &Job,
     timeline: &Timeline,
     wanted: Option<Sample>,
+    unchanged: Option<&[Option<MoveId>]>,
 ) -> Vec<Engaged> {
     let forces = &mut Forces::new(map, job, wanted, None);
-    engaged(path, timeline, forces).map(|(engaged, _)| engaged).collect()
+    let is_unchanged = |id: MoveId| unchanged.is_some_and(|of_move| of_move[id.ix()].is_some());
+    let of = |spot: &Spot| match spot.move_id {
+        Some(id) if is_unchanged(id) => spot.engaged,
+        _ => engaged(path, spot, forces).unwrap_or_default().0,
+    };
+    timeline.spots.iter().map(of).collect()
 }
 
-fn engaged<'a>(
-    path: &'a Toolpath,
-    timeline: &'a Timeline,
-    forces: &'a mut Forces,
-) -> impl Iterator<Item = (Engaged, Runouts)> {
-    let mut of = move |spot: &Spot| {
-        let id = spot.move_id?;
-        let stations = forces.map.stations_of(id);
-        let k = stations.partition_point(|s| s.to_mm < spot.middle_mm);
-        let station = stations.get(k.min(stations.len().checked_sub(1)?))?;
-        Some(forces.engaged(&path.moves[id.ix()], station, spot.direction.z, spot.speed_mm_s()))
-    };
-    timeline.spots.iter().map(move |spot| of(spot).unwrap_or_default())
+/// Engagement of a spot, and its changes by runout; `None` where nothing is engaged.
+fn engaged(path: &Toolpath, spot: &Spot, forces: &mut Forces) -> Option<(Engaged, Runouts)> {
+    let id = spot.move_id?;
+    let stations = forces.map.stations_of(id);
+    let k = stations.partition_point(|s| s.to_mm < spot.middle_mm);
+    let station = stations.get(k.min(stations.len().checked_sub(1)?))?;
+    Some(forces.engaged(&path.moves[id.ix()], station, spot.direction.z, spot.speed_mm_s()))
 }
 
 impl Timeline {
@@ -327,7 +327,8 @@ impl Timeline {
         about: About,
     ) -> Self {
         let forces = &mut Forces::new(map, job, Some(wanted), Some(about));
-        let runouts = engaged(path, self, forces).map(|(_, runouts)| runouts).collect();
+        let of = |spot: &Spot| engaged(path, spot, forces).unwrap_or_default().1;
+        let runouts = self.spots.iter().map(of).collect();
         Timeline { spots: self.spots.clone(), runouts }
     }
 }

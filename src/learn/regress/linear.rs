@@ -121,31 +121,50 @@ fn null_groups(v_t: &DMatrix<f64>, values: &DVector<f64>, largest: f64, p: usize
     groups
 }
 
-/// Robust least squares by iterative reweighting. The iterations use the normal equations where these are well
-/// conditioned, because a singular value decomposition takes many times as long; only the final fit uses that.
+/// Robust least squares by iterative reweighting.
 pub fn robust(x: &DMatrix<f64>, y: &[f64], weights: &[f64], loss: Loss) -> Option<Fit> {
-    let fit = least_squares(x, y, weights)?;
     if loss == Loss::Squares {
-        return Some(fit);
+        return least_squares(x, y, weights);
     }
-    let (mut beta, mut residuals) = (fit.coefficients.clone(), fit.residuals.clone());
-    let mut adjusted = None;
+    least_squares(x, y, &reweighted(x, y, weights, loss)?.weights)
+}
+
+/// Coefficients and residuals of the same, without what else a fit tells: a decomposition takes many times as long.
+pub fn robust_coefficients(x: &DMatrix<f64>, y: &[f64], weights: &[f64], loss: Loss) -> Option<(Vec<f64>, Vec<f64>)> {
+    reweighted(x, y, weights, loss).map(|found| (found.beta, found.residuals))
+}
+
+/// Where the iterations end.
+struct Reweighted {
+    beta: Vec<f64>,
+    residuals: Vec<f64>,
+    weights: Vec<f64>,
+}
+
+/// The iterations use the normal equations where these are well conditioned.
+fn reweighted(x: &DMatrix<f64>, y: &[f64], weights: &[f64], loss: Loss) -> Option<Reweighted> {
+    let solve = |weights: &[f64]| {
+        by_normal_equations(x, y, weights).or_else(|| Some(least_squares(x, y, weights)?.coefficients))
+    };
+    if x.is_empty() {
+        return None;
+    }
+    let beta = solve(weights)?;
+    let mut at = Reweighted { residuals: residuals_of(x, y, &beta), beta, weights: weights.to_vec() };
     for _ in 0..30 {
-        let sigma = scale_of(&residuals);
+        let sigma = scale_of(&at.residuals);
         if sigma <= 0.0 {
             break;
         }
-        let next: Vec<f64> = residuals.iter().zip(weights).map(|(r, w)| w * influence(r / sigma, loss)).collect();
-        let solved = by_normal_equations(x, y, &next);
-        let solved = solved.or_else(|| Some(least_squares(x, y, &next)?.coefficients))?;
-        let moved = solved.iter().zip(&beta).any(|(a, b)| (a - b).abs() > 1e-9 * b.abs());
-        residuals = residuals_of(x, y, &solved);
-        (beta, adjusted) = (solved, Some(next));
+        let next: Vec<f64> = at.residuals.iter().zip(weights).map(|(r, w)| w * influence(r / sigma, loss)).collect();
+        let solved = solve(&next)?;
+        let moved = solved.iter().zip(&at.beta).any(|(a, b)| (a - b).abs() > 1e-9 * b.abs());
+        at = Reweighted { residuals: residuals_of(x, y, &solved), beta: solved, weights: next };
         if !moved {
             break;
         }
     }
-    adjusted.map_or(Some(fit), |adjusted| least_squares(x, y, &adjusted))
+    Some(at)
 }
 
 fn residuals_of(x: &DMatrix<f64>, y: &[f64], beta: &[f64]) -> Vec<f64> {
