@@ -7,6 +7,7 @@ use criterion::{BatchSize, Criterion};
 use feedwright::engage::arcs::arcs_at;
 use feedwright::engage::cutter::Cutter;
 use feedwright::engage::nominate::{Nominations, Sample, Scratch, nominate};
+use feedwright::engage::retraced::Retraced;
 use feedwright::engage::scene::Scene;
 use feedwright::ids::MoveId;
 use feedwright::machine::Box3;
@@ -50,7 +51,15 @@ fn parts(criterion: &mut Criterion) {
         let cutters = [Cutter::new(&tool, 0.1, 1)];
         let blanks = [Blank::Box(extent)];
         let elements = rows(depth);
-        let scene = Scene { elements: &elements, cutters: &cutters, earlier: &[], blanks: &blanks, fixtures: &[] };
+        let retraced = Retraced::new(&elements, |_| cutters[0].form.radius);
+        let scene = Scene {
+            elements: &elements,
+            cutters: &cutters,
+            earlier: &[],
+            blanks: &blanks,
+            fixtures: &[],
+            retraced: &retraced,
+        };
         let mut tile = Field::new(extent, 0.1, |_, _| 5.0).tiles.swap_remove(0);
         let last = elements.len() as u32 - 1;
         for (index, element) in elements[..last as usize].iter().enumerate() {

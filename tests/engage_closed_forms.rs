@@ -209,3 +209,52 @@ fn a_fin_thinner_than_a_cell_is_met_over_its_whole_height() {
     }
     assert!(met > 0);
 }
+
+/// A wall that is roughed and finished at one depth and then at the next, 0.26 mm apart with cells of 0.4 mm: the second finishing cut takes what it
+/// takes at its own depth, wherever the wall lies among the cells.
+#[test]
+fn a_wall_that_was_finished_above_is_not_cut_there_again() {
+    let (length, radius, left, depth) = (60.0, 6.0, 0.26, 4.0);
+    let each = length * left * depth;
+    for (offset, along_y) in (0..8).map(|k| 0.05 * f64::from(k)).flat_map(|offset| [(offset, false), (offset, true)]) {
+        let at = |u: f64, v: f64, z: f64| if along_y { [v + offset, u, z] } else { [u, v + offset, z] };
+        let [rough, finish] = [left, 0.0].map(|more| 20.0 + radius + more);
+        let mut path = Path::from(at(-10.0, rough, 9.0));
+        for z in [-depth, -2.0 * depth] {
+            for v in [rough, finish] {
+                path.line(at(-10.0, v, 5.0)).line(at(-10.0, v, z)).line(at(70.0, v, z)).line(at(70.0, v, 5.0));
+            }
+        }
+        let block = block([0.0, 0.0, -20.0], [60.0, 60.0, 0.0]);
+        let map = run(&path, &job(vec![flat(2.0 * radius)], vec![block]), 0.4, 1.0);
+        for index in [6, 14] {
+            let found = volume_of(&map, index);
+            assert!((found / each - 1.0).abs() < 0.01, "{offset} {along_y}: {found} for {each}");
+        }
+    }
+}
+
+/// The same in a round pocket, and with the second depth finished by a smaller cutter.
+#[test]
+fn a_round_wall_that_was_finished_above_is_not_cut_there_again_by_whichever_cutter() {
+    let block = block([-30.0, -30.0, -20.0], [30.0, 30.0, 0.0]);
+    let second_tool = tool(2, Shape::Flat, Profile::flat(10.0, 30.0));
+    let (wall, left, depth) = (20.0, 0.26, 4.0);
+    let ring = PI * (wall * wall - (wall - left) * (wall - left)) * depth;
+    for (offset, second) in (0..8).map(|k| 0.05 * f64::from(k)).flat_map(|offset| [(offset, 1), (offset, 2)]) {
+        let mut path = Path::from([offset, 0.0, 9.0]);
+        for (z, finisher) in [(-depth, 1), (-2.0 * depth, second)] {
+            for (number, more) in [(1, left), (finisher, 0.0)] {
+                let radius = wall - more - if number == 1 { 6.0 } else { 5.0 };
+                path.set_tool(number);
+                path.line([offset + radius, 0.0, 5.0]).line([offset + radius, 0.0, z]);
+                path.turn([offset, 0.0], 2.0 * PI, 0.0).line([offset + radius, 0.0, 5.0]);
+            }
+        }
+        let map = run(&path, &job(vec![flat(12.0), second_tool.clone()], vec![block.clone()]), 0.4, 1.0);
+        for index in [6, 14] {
+            let found = volume_of(&map, index);
+            assert!((found / ring - 1.0).abs() < 0.05, "{offset} {second}: {found} for {ring}");
+        }
+    }
+}

@@ -7,7 +7,7 @@
 //! | what | files |
 //! |---|---|
 //! | the loop over the program, in batches of moves | [`simulate`], `plan`, `place_samples`, `in_batches`, [`batch`], [`options`], [`workpiece`] |
-//! | which earlier moves may matter at a place | [`nominate`] |
+//! | which earlier moves may matter at a place | [`nominate`], [`retraced`] |
 //! | exact geometry at one place: rings of the cutter, and the part of each that earlier moves left | [`cutter`], [`scene`], [`arcs`], `rings`, `cylinder`, `outline`, [`cover`], `discs`, `quadric`, [`gaps`], `inside_stock` |
 //! | from place to place: where to examine more closely, what may be interpolated | [`sample_view`], [`sample_outcome`], [`between_samples`], `block_ends`, `union` |
 //! | the result | [`map`], [`stations`], [`final_surface`], `beside_blank`, [`hazards`] |
@@ -36,6 +36,7 @@ mod outline;
 mod place_samples;
 mod plan;
 mod quadric;
+pub mod retraced;
 pub mod reused_stations;
 mod rings;
 pub mod sample_outcome;

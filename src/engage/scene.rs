@@ -4,6 +4,7 @@
 use super::cutter::{Cutter, MARGIN_CELLS};
 use super::gaps::{Interval, span};
 use super::nominate::{Mark, Sample};
+use super::retraced::Retraced;
 use crate::machine::{Box3, Slice};
 use crate::stock::{Blank, Element, Form, along};
 
@@ -22,13 +23,24 @@ pub struct Scene<'a> {
     pub blanks: &'a [Blank],
     /// Keep-out boxes.
     pub fixtures: &'a [Box3],
+    /// The elements by the walls that they leave.
+    pub retraced: &'a Retraced,
 }
 
 impl Scene<'_> {
     /// Outline of the cutter of an element.
     pub fn form(&self, element: &Element) -> &Form {
-        let cutter = element.cutter as usize;
-        self.cutters.get(cutter).map_or_else(|| &self.earlier[cutter - self.cutters.len()], |cutter| &cutter.form)
+        form_of(element, self.cutters, self.earlier)
+    }
+    /// Adds to the candidates, which are sorted, those that left one of its walls before.
+    pub fn add_retraced(&self, candidates: &mut Vec<u32>, sample: &Sample) {
+        let named = candidates.len();
+        let radius_mm = |element: &Element| self.form(element).radius;
+        self.retraced.add(self.elements, sample, radius_mm, candidates);
+        if candidates.len() > named {
+            candidates.sort_unstable();
+            candidates.dedup();
+        }
     }
     /// Adds to the candidates, which are sorted, the elements that follow one of them along the path; for ball cutters only where a steep part
     /// of the cutter is marked.
@@ -55,6 +67,12 @@ impl Scene<'_> {
             sample.tip.z - sample.clearance_mm >= fixture.max.z || beside(0).hypot(beside(1)) > reach
         })
     }
+}
+
+/// Outline of the cutter of an element, which is one of these cutters or of an earlier program.
+pub fn form_of<'a>(element: &Element, cutters: &'a [Cutter], earlier: &'a [Form]) -> &'a Form {
+    let cutter = element.cutter as usize;
+    cutters.get(cutter).map_or_else(|| &earlier[cutter - cutters.len()], |cutter| &cutter.form)
 }
 
 /// An engaged arc of a part of a ring.

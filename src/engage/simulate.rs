@@ -7,8 +7,9 @@ use super::in_batches::simulate;
 use super::map::EngagementMap;
 use super::options::{EngageError, Options};
 use super::plan::{PlacedElements, Plan};
+use super::retraced::Retraced;
 use super::reused_stations::Again;
-use super::scene::Scene;
+use super::scene::{Scene, form_of};
 use super::stations::Builder;
 use super::workpiece::{Earlier, cell_mm, pieces, sources};
 use crate::machine::{Box3, Job, MOST_MM, Shape, Tool};
@@ -82,7 +83,15 @@ struct Simulated {
 impl Simulated {
     fn pieces(self) -> Vec<Piece> {
         let Self { blanks, fields, elements, cutters, earlier } = self;
-        let scene = Scene { elements: &elements, cutters: &cutters, earlier: &earlier, blanks: &[], fixtures: &[] };
+        let retraced = Retraced::default();
+        let scene = Scene {
+            elements: &elements,
+            cutters: &cutters,
+            earlier: &earlier,
+            blanks: &[],
+            fixtures: &[],
+            retraced: &retraced,
+        };
         let piece = |(blank, field)| Piece::left(blank, field, &elements, |element| scene.form(element));
         blanks.into_iter().zip(fields).map(piece).collect()
     }
@@ -119,8 +128,15 @@ fn engage_all(
     let mut plan = Plan::new(path, job, laid.after(earlier.elements), &fields, options).but_for(again, &cutters);
     plan.stock_alone = stock_alone;
     let elements = &plan.laid.elements;
-    let scene =
-        Scene { elements, cutters: &cutters, earlier: &earlier.forms, blanks: &blanks, fixtures: &job.fixtures };
+    let retraced = Retraced::new(elements, |element| form_of(element, &cutters, &earlier.forms).radius);
+    let scene = Scene {
+        elements,
+        cutters: &cutters,
+        earlier: &earlier.forms,
+        blanks: &blanks,
+        fixtures: &job.fixtures,
+        retraced: &retraced,
+    };
     let whole = || cutters.iter().map(|cutter| (cutter.number, cutter.slices.clone())).collect();
     let slices = again.map_or_else(whole, |again| again.known.slices.clone());
     let mut builder = Builder::with_slices(slices, &cutters);
