@@ -10,5 +10,5 @@ pub mod runout_grid;
 pub mod simulated;
 pub mod timeline;
 mod turned;
-mod unchanged_moves;
+pub mod unchanged_moves;
 pub mod variant;
