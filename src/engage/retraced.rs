@@ -159,5 +159,17 @@ mod tests {
         assert_eq!(added(&[near, near, at([0.0, 43.9], -1.0), at([49.5, 50.4], -1.0), at([0.0, 100.0], -8.0)]), [1]);
         let levels: Vec<Track> = (0..7).chain([20]).map(|k| at([0.0, 100.0], -f64::from(k))).collect();
         assert_eq!(added(&levels), [3, 4, 5, 6]);
+        // Of 70 from below, the last 64 are looked through.
+        let upwards: Vec<Track> = (0..71).map(|k| at([0.0, 100.0], f64::from(k) - 80.0)).collect();
+        assert_eq!(added(&upwards), [6, 7, 8, 9]);
+    }
+
+    #[test]
+    fn what_is_long_enough_and_runs_the_same_way_counts() {
+        let last = line([0.0, 72.0, -8.0], [100.0, 72.0, -8.0]);
+        let is_added = |from: [f64; 3], to: [f64; 3]| added(&[last, line(from, to), last]).contains(&1);
+        assert!(is_added([49.4, 72.0, -1.0], [50.5, 72.0, -1.0]) && !is_added([49.5, 72.0, -1.0], [50.4, 72.0, -1.0]));
+        let turned_by = |rad: f64| is_added([0.0, 72.0, -1.0], [100.0, 72.0 + 100.0 * rad, -1.0]);
+        assert!(turned_by(2e-7) && !turned_by(3e-6));
     }
 }
