@@ -51,7 +51,7 @@ fn parts(criterion: &mut Criterion) {
         let cutters = [Cutter::new(&tool, 0.1, 1)];
         let blanks = [Blank::Box(extent)];
         let elements = rows(depth);
-        let retraced = Retraced::new(&elements, |_| cutters[0].form.radius);
+        let retraced = Retraced::new(&elements, |_| cutters[0].form.radius, &[extent], 0.1);
         let scene = Scene {
             elements: &elements,
             cutters: &cutters,

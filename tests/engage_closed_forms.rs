@@ -234,6 +234,40 @@ fn a_wall_that_was_finished_above_is_not_cut_there_again() {
     }
 }
 
+/// The same on a round wall of chords of 0.8 mm, which begin elsewhere at the second depth: the two walls differ by the height of the chords, 2 µm.
+#[test]
+fn a_wall_of_chords_that_was_finished_above_is_not_cut_there_again() {
+    let block = block([-50.0, -50.0, -20.0], [50.0, 50.0, 0.0]);
+    let (wall, left, depth, turn) = (40.0, 0.26, 4.0, 2.0);
+    let chords = 80;
+    for offset in (0..8).map(|k| 0.05 * f64::from(k)) {
+        let mut path = Path::from([offset, 0.0, 9.0]);
+        let mut finishes = Vec::new();
+        for (z, begin) in [(-depth, 0.0), (-2.0 * depth, -0.013)] {
+            for more in [left, 0.0] {
+                let radius = wall - more - 6.0;
+                let at = |k: i32, z: f64| {
+                    let (sin, cos) = (begin + turn * f64::from(k) / f64::from(chords)).sin_cos();
+                    [offset + radius * cos, radius * sin, z]
+                };
+                path.line(at(0, 5.0)).line(at(0, z));
+                for k in 1..=chords {
+                    path.line(at(k, z));
+                }
+                path.line(at(chords, 5.0));
+                if more == 0.0 {
+                    finishes.push(path.toolpath.moves.len());
+                }
+            }
+        }
+        let map = run(&path, &job(vec![flat(12.0)], vec![block.clone()]), 0.4, 1.0);
+        let taken =
+            |end: usize| (end - 1 - chords as usize + 10..end - 11).map(|index| volume_of(&map, index as u32)).sum();
+        let [first, second]: [f64; 2] = [taken(finishes[0]), taken(finishes[1])];
+        assert!((second / first - 1.0).abs() < 0.03, "{offset}: {second} for {first}");
+    }
+}
+
 /// The same in a round pocket, and with the second depth finished by a smaller cutter.
 #[test]
 fn a_round_wall_that_was_finished_above_is_not_cut_there_again_by_whichever_cutter() {

@@ -137,9 +137,7 @@ impl<'a> View<'a> {
         });
         gathered.candidates.sort_unstable();
         gathered.candidates.dedup();
-        if !gathered.marks.is_empty() {
-            self.scene.add_retraced(&mut gathered.candidates, sample);
-        }
+        self.scene.add_retraced(&mut gathered.candidates, sample, &gathered.marks);
         self.scene.add_along(&mut gathered.candidates, sample, &gathered.marks);
         let neck = cutter_of(self.scene, sample).neck_mm.map_or(f64::INFINITY, |neck| sample.tip.z + neck);
         outcome.undercut = gathered.marks.iter().any(|mark| f64::from(mark.top) > neck + UNDERCUT_MM);

@@ -32,8 +32,16 @@ impl Scene<'_> {
     pub fn form(&self, element: &Element) -> &Form {
         form_of(element, self.cutters, self.earlier)
     }
-    /// Adds to the candidates, which are sorted, those that left one of its walls before.
-    pub fn add_retraced(&self, candidates: &mut Vec<u32>, sample: &Sample) {
+    /// Is a steep part of the cutter marked, which alone leaves walls?
+    fn is_steep(&self, sample: &Sample, marks: &[Mark]) -> bool {
+        let cutter = &self.cutters[sample.cutter as usize];
+        marks.iter().any(|mark| cutter.bands[mark.band as usize].radius >= STEEP * cutter.form.radius)
+    }
+    /// Adds to the candidates, which are sorted, those that left a wall beside one of its walls before.
+    pub fn add_retraced(&self, candidates: &mut Vec<u32>, sample: &Sample, marks: &[Mark]) {
+        if !self.is_steep(sample, marks) {
+            return;
+        }
         let named = candidates.len();
         let radius_mm = |element: &Element| self.form(element).radius;
         self.retraced.add(self.elements, sample, radius_mm, candidates);
@@ -48,7 +56,7 @@ impl Scene<'_> {
         let named = candidates.len();
         let cutter = &self.cutters[sample.cutter as usize];
         let cell_mm = cutter.margin / MARGIN_CELLS;
-        let steep = marks.iter().any(|mark| cutter.bands[mark.band as usize].radius >= STEEP * cutter.form.radius);
+        let steep = self.is_steep(sample, marks);
         for k in 0..named {
             let form = self.form(&self.elements[candidates[k] as usize]);
             candidates.extend(along(self.elements, candidates[k], (form, steep), cell_mm, sample.element));

@@ -128,7 +128,8 @@ fn engage_all(
     let mut plan = Plan::new(path, job, laid.after(earlier.elements), &fields, options).but_for(again, &cutters);
     plan.stock_alone = stock_alone;
     let elements = &plan.laid.elements;
-    let retraced = Retraced::new(elements, |element| form_of(element, &cutters, &earlier.forms).radius);
+    let extents: Vec<Box3> = plan.tilings.iter().map(|stock| stock.extent).collect();
+    let retraced = Retraced::new(elements, |element| form_of(element, &cutters, &earlier.forms).radius, &extents, cell);
     let scene = Scene {
         elements,
         cutters: &cutters,
@@ -151,7 +152,6 @@ fn engage_all(
         let radius_mm = job.tool(motion.tool).map_or(0.0, |tool| 0.5 * tool.diameter_mm);
         (plan.laid.shift(motion), radius_mm)
     };
-    let extents: Vec<Box3> = plan.tilings.iter().map(|stock| stock.extent).collect();
     mark_beside_blank(&mut map, path, &extents, &placed);
     if again.is_none() && !stock_alone {
         mark_final_surface(&mut map, elements, &fields);

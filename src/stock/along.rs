@@ -10,7 +10,7 @@ use super::element::{Element, Track};
 use super::form::Form;
 
 /// Width of a strip along a wall that may contain no cell centre, in cells.
-const SLIVER_CELLS: f64 = 2.25;
+pub const SLIVER_CELLS: f64 = 2.25;
 /// The same beside the steep part of a ball, of which the cutter itself hides a part only.
 const STEEP_CELLS: f64 = 0.5;
 

@@ -18,7 +18,7 @@ pub mod saved;
 pub mod sweep;
 pub mod wide;
 
-pub use along::along;
+pub use along::{SLIVER_CELLS, along};
 pub use blank::{Blank, Relief};
 pub use claim::claim;
 pub use element::{Element, Track, append_elements};
