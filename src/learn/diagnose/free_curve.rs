@@ -295,6 +295,10 @@ fn groups<'a>(used: &'a [usize], values: &[f64], same: f64) -> Vec<&'a [usize]> 
     groups
 }
 
+/// Least distance between two knots of a bend, relative to that of the outermost: what changes from one kind of cut to the next, as from slots
+/// along an axis (179.8°) to ramps (180.02°), is no slope over the covariate. Judgement.
+const BEND_APART: f64 = 0.02;
+
 /// Share of ΣA beyond each of the outermost knots: so few samples would not determine a slope.
 const BEYOND_ENDS: f64 = 0.01;
 
@@ -377,7 +381,7 @@ fn bends(sums: &[Sums], count: usize) -> Option<Curve> {
             places.push(each.at);
         }
     }
-    let least = 1e-3 * (places.last()? - places.first()?);
+    let least = BEND_APART * (places.last()? - places.first()?);
     places.dedup_by(|b, a| *b - *a <= least);
     if places.len() < 2 {
         return None;
@@ -473,6 +477,18 @@ mod tests {
         let found = residual.best_curve(&Along::new(feeds), |_| true).unwrap();
         let between = |knot: &&[f64; 2]| (1852.0..1853.0).contains(&knot[0]);
         assert_eq!(found.curve.knots.iter().skip(1).filter(between).count(), 0, "{:?}", found.curve);
+    }
+
+    #[test]
+    fn a_bend_has_no_knots_closer_than_a_part_of_its_range() {
+        // Most of the load lies at two values, which differ in their share and by a part of the range.
+        let close = |apart: f64| {
+            let of = |(at, b): (f64, f64), a: f64| Sums { at, samples: 40, a, b: a * b };
+            let few = (0..20).map(|k| of((f64::from(k), 0.05), 1.0));
+            let sums: Vec<Sums> = few.chain([of((20.0, 0.1), 100.0), of((20.0 + apart, 0.0), 100.0)]).collect();
+            bends(&sums, 5).unwrap().knots.windows(2).map(|pair| pair[1][0] - pair[0][0]).fold(f64::INFINITY, f64::min)
+        };
+        assert!(close(0.35) > 1.0 && (close(0.6) - 0.6).abs() < 1e-9, "{} {}", close(0.35), close(0.6));
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! Errors of a trial on data that it was not fitted on. In: the diagnosis with its split, a trial. Out: held-out
 //! residuals, and whether the error rises on kinds of cuts that were left out.
 
-use crate::effects::{Covariate, State};
+use crate::effects::{Covariate, Place, State};
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::Data;
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::evidence::is_place;
-use crate::learn::diagnose::trial::{Trial, best_trial};
+use crate::learn::diagnose::forms::FORM_ROUNDS;
+use crate::learn::diagnose::trial::{Trial, best_trial, independent};
 use crate::learn::diagnose::which_curve::only_grows;
 use crate::learn::model::cross_validation::{Split, held_out_residuals, improvement_by_block, t_statistic, without};
 use crate::learn::model::design::{FittedEffect, carried_over};
@@ -17,6 +18,21 @@ use rayon::prelude::*;
 /// Time constant of an effect that is a lag, s; 0 for others.
 fn lag_s(each: &FittedEffect) -> f64 {
     (each.effect.change)(&each.values, &State::default()).lag_s
+}
+
+/// The fit of a fold with the instant of a trial on all samples, where the fold cannot tell the two apart: a jump in what is held out shows in the
+/// others only as lying between two of theirs. Its own instant is kept where that gains more than a parameter is charged, ln(n/φ).
+fn with_instant_of_all(rest: &Data, trial: &Trial, own: Fitted) -> Fitted {
+    let instant = trial.effect.parameters.iter().position(|parameter| parameter.place == Some(Place::Instant));
+    let of_all = trial.fitted.model.effects.last();
+    let (Some(k), Some(of_all)) = (instant, of_all) else { return own };
+    let mut effects = own.model.effects.clone();
+    if let Some(last) = effects.last_mut() {
+        last.values[k] = of_all.values[k];
+    }
+    let n = independent(rest, &own);
+    let is_as_good = |shared: &Fitted| n * (shared.squares / own.squares.max(1e-300)).ln() <= n.max(1.0).ln();
+    fit(rest, &effects, FORM_ROUNDS).filter(is_as_good).unwrap_or(own)
 }
 
 impl Diagnosis<'_> {
@@ -69,7 +85,7 @@ impl Diagnosis<'_> {
                 // If the other folds do not show the effect, the prediction is that of the model without it.
                 let found = best_trial(&rest, &own, &own.model.effects, trial.effect).1;
                 let found = found.filter(|trial| trial.score >= self.threshold());
-                let fitted = found.map_or(own, |trial| trial.fitted);
+                let fitted = found.map_or(own, |found| with_instant_of_all(&rest, trial, found.fitted));
                 let held = self.train.used().filter(|i| split.fold[*i] == fold);
                 held.map(|i| (i, self.train.reading[i] - fitted.predicted[i])).collect()
             })
@@ -269,6 +285,33 @@ mod tests {
         let trial = Trial { effect: lag, fitted: fit(&data, &[each], 5).unwrap(), gain: 1.0, score: 1.0 };
         let after = diagnosis.held_out_of_trial(&present, &trial);
         diagnosis.drop_of(&diagnosis.base_residual, &after)
+    }
+
+    /// The instant that a fold without every fifth block keeps, when all samples show this one and its own this one, s. The load jumps by a
+    /// fifth in the middle of the block at 480 s; readings have a noise of up to ±`noise`.
+    fn kept_instant(of_all_s: f64, own_s: f64, fold: usize, noise: f64) -> f64 {
+        let jump_s = 500.0;
+        let state = |i: usize| State { time_s: i as f64, ..State::default() };
+        let data = made(|i| if i as f64 >= jump_s { 0.2 } else { 0.0 }, noise, state);
+        let effect = named("edge-chipping").unwrap();
+        let at = |time_s: f64| FittedEffect { effect, values: vec![0.1, 0.0, time_s], free: vec![true, false, false] };
+        let trial = Trial { effect, fitted: fit(&data, &[at(of_all_s)], 5).unwrap(), gain: 1.0, score: 1.0 };
+        let split = fifths(&data);
+        let rest = data.with_weights(without(&data, |i| split.fold[i] == fold));
+        let own = fit(&rest, &[at(own_s)], 5).unwrap();
+        with_instant_of_all(&rest, &trial, own).model.effects[0].values[2]
+    }
+
+    #[test]
+    fn an_instant_that_a_fold_cannot_tell_is_that_of_all_samples() {
+        // The block from 480 to 520 s is left out in the third fold, which knows no more than that the load jumped in it.
+        assert_eq!(kept_instant(500.0, 479.5, 2, 1.0), 500.0);
+        assert_eq!(kept_instant(470.5, 479.5, 2, 1.0), 479.5);
+        assert_eq!(kept_instant(500.0, 499.5, 0, 1.0), 500.0);
+        assert_eq!(kept_instant(501.5, 499.5, 0, 1.0), 499.5);
+        // Where noise hides a jump that comes a few readings later, it does not matter either.
+        assert_eq!(kept_instant(502.5, 499.5, 0, 60.0), 502.5);
+        assert_eq!(kept_instant(560.5, 499.5, 0, 60.0), 499.5);
     }
 
     /// Do four operations refuse an effect on a covariate that changes their residuals by these shares?
