@@ -268,6 +268,70 @@ fn a_wall_of_chords_that_was_finished_above_is_not_cut_there_again() {
     }
 }
 
+/// Levels that each leave 0.05 mm more, or less, than the one below, finished along the whole height or each by itself from below: what the last cut
+/// takes is the strip that is left beside it, level by level.
+#[test]
+fn a_wall_in_steps_is_finished_of_what_each_step_left() {
+    let (length, radius, levels, high, step) = (60.0, 5.0, 10, 0.75, 0.05);
+    let deep = f64::from(levels) * high;
+    for (offset, growing) in (0..8).map(|k| 0.05 * f64::from(k)).flat_map(|offset| [(offset, true), (offset, false)]) {
+        let mut path = Path::from([-10.0, offset, 9.0]);
+        let mut pass = |v: f64, z: f64| {
+            path.line([-10.0, v, 5.0]).line([-10.0, v, z]).line([70.0, v, z]).line([70.0, v, 5.0]);
+        };
+        // The wall is at y = 20; stock is left on it, most at the bottom where it grows.
+        for k in 1..=levels {
+            let left = step * f64::from(if growing { k } else { levels + 1 - k });
+            pass(20.0 + offset + radius + left, -high * f64::from(k));
+        }
+        pass(20.0 + offset + radius, -deep);
+        let each: f64 = (1..=levels).map(|k| length * high * step * f64::from(k)).sum();
+        // Where less is left below, the levels above are cut as deep by those below them.
+        let most = length * deep * step;
+        let block = block([0.0, 0.0, -20.0], [60.0, 60.0, 0.0]);
+        let map = run(&path, &job(vec![flat(2.0 * radius)], vec![block]), 0.4, 1.0);
+        let found = volume_of(&map, 4 * levels as u32 + 2);
+        let expected = if growing { each } else { most };
+        assert!((found / expected - 1.0).abs() < 0.02, "{offset} {growing}: {found} for {expected}");
+    }
+}
+
+/// A thin rib in the way of a small mill, wherever it lies between places at which the path is looked at, and rows of ribs at their distance of 1 mm:
+/// removed is what stands.
+#[test]
+fn ribs_between_the_places_looked_at_are_met() {
+    let block = block([-6.0, -6.0, -5.0], [6.0, 6.0, 0.0]);
+    let mill = |number: u32, diameter: f64| tool(number, Shape::Flat, Profile::flat(diameter, 5.0));
+    let tools = || vec![flat(6.0), mill(2, 1.0), mill(3, 0.6), mill(4, 2.0)];
+    for at in (0..10).map(|k| 0.1 * f64::from(k)) {
+        // Two passes leave a rib 0.2 mm wide and 1 mm high; a mill of 1 mm goes 0.2 mm deeper across it, its front over the whole rib.
+        let mut path = Path::from([-2.5 + at, -12.0, 5.0]);
+        for x in [-2.5 + at, 3.7 + at] {
+            path.line([x, -12.0, 5.0]).line([x, -12.0, -1.0]).line([x, 12.0, -1.0]).line([x, 12.0, 5.0]);
+        }
+        path.set_tool(2);
+        path.line([-4.0, 0.0, 5.0]).line([-4.0, 0.0, -1.2]).line([4.0, 0.0, -1.2]);
+        let map = run(&path, &job(tools(), vec![block.clone()]), 1.0 / 30.0, 1.0);
+        let (found, expected) = (volume_of(&map, 10), 8.0 * 0.2 + 0.2);
+        assert!((found / expected - 1.0).abs() < 0.02, "{at}: {found} for {expected}");
+    }
+    for at in (0..5).map(|k| 0.2 * f64::from(k)) {
+        // Slots 0.6 mm wide at a distance of 1 mm; the second pass of a mill of 2 mm across takes 0.4 mm of each rib and of the sides.
+        let mut path = Path::from([-5.5 + at, -12.0, 5.0]);
+        path.set_tool(3);
+        for x in (0..11).map(|k| -5.5 + at + f64::from(k)) {
+            path.line([x, -12.0, 5.0]).line([x, -12.0, -1.0]).line([x, 12.0, -1.0]).line([x, 12.0, 5.0]);
+        }
+        path.set_tool(4);
+        for y in [0.0, 0.4] {
+            path.line([-9.0, y, 5.0]).line([-9.0, y, -1.0]).line([9.0, y, -1.0]).line([9.0, y, 5.0]);
+        }
+        let map = run(&path, &job(tools(), vec![block.clone()]), 1.0 / 30.0, 1.0);
+        let (found, expected) = (volume_of(&map, 44 + 6), (12.0 - 11.0 * 0.6) * 0.4);
+        assert!((found / expected - 1.0).abs() < 0.02, "{at}: {found} for {expected}");
+    }
+}
+
 /// The same in a round pocket, and with the second depth finished by a smaller cutter.
 #[test]
 fn a_round_wall_that_was_finished_above_is_not_cut_there_again_by_whichever_cutter() {

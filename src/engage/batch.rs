@@ -2,9 +2,9 @@
 //! elements and samples in order. Out: the fields after it, and an [`Outcome`] per sample. The second part ([`Swept::finish`]) does not need
 //! the fields and runs at the same time as the next batch.
 //!
-//! Where the engagement at two neighbouring samples differs, the path between them is examined more closely
-//! ([`super::between_samples`]). Only there are the optional samples needed, and the ends of short blocks whose neighbours do not agree
-//! ([`super::block_ends`]): for these the sweeps of a tile are undone one after the other, and the tile is queried in between.
+//! Where the engagement at two neighbouring samples differs, or other stock may stand between them ([`super::odd_samples`]), the path between
+//! them is examined more closely ([`super::between_samples`]). There the ends of short blocks are needed too ([`super::block_ends`]): for these
+//! the sweeps of a tile are undone one after the other, and the tile is queried in between.
 //!
 //! Tiles are processed in parallel, each through its own operations in order of execution. Their nominations for a sample are merged in the
 //! order of the tiles, so the result does not depend on the number of threads.
@@ -12,6 +12,7 @@
 use super::between_samples::{Between, Locate, alike, look};
 use super::block_ends::{joints, turns};
 use super::nominate::{Need, Nominations, Sample, Scratch, nominate};
+use super::odd_samples::{Room, odd_samples, repeated};
 use super::sample_outcome::Outcome;
 use super::sample_view::{Gathered, View, cutter_of};
 use super::scene::Scene;
@@ -38,12 +39,27 @@ pub enum Operation {
     Sweep(u32),
 }
 
+/// Two samples between which the path is examined.
+struct Pair {
+    ends: [usize; 2],
+    /// Optional samples between them around which other stock may stand.
+    via: Vec<usize>,
+}
+
+/// What two neighbouring samples that are worked out tell about the path between them.
+struct Seen {
+    /// They agree: outcomes of the joints between them.
+    agreed: Option<Vec<(usize, Outcome)>>,
+    /// Optional samples around which other stock may stand.
+    odd: Vec<usize>,
+}
+
 /// A batch whose tiles are swept; the arcs are still to be worked out.
 pub struct Swept {
     said: Vec<Nominations>,
     outcomes: Vec<Outcome>,
     /// The pairs of neighbouring samples between which the path is examined, and the samples that this takes.
-    pairs: Vec<[usize; 2]>,
+    pairs: Vec<Pair>,
     wanted: Vec<bool>,
     watched: Vec<(u32, f64)>,
 }
@@ -73,7 +89,7 @@ pub fn run(
     let required: Vec<usize> = (0..samples.len()).filter(|k| samples[*k].need == Need::Always).collect();
     let mut outcomes = vec![Outcome::default(); samples.len()];
     work_out(&view, &required, &mut outcomes);
-    let (pairs, wanted) = look_at(scene, samples, &required, &mut outcomes);
+    let (pairs, wanted) = look_at(&view, &required, &mut outcomes);
     let more = busiest_first(&mut tiles, operations, |k, tile, operations| {
         let said = look_back(scene, tile, samples, (operations, &marks[k]), &wanted);
         tile.past = Past::default();
@@ -111,8 +127,8 @@ impl Swept {
         let looked: Vec<(usize, Option<Between>)> = pairs
             .par_iter()
             .with_max_len(32)
-            .map_init(Gathered::default, |room, ends| {
-                (ends[1], look(&view, *ends, ends.map(|end| &outcomes[end]), locate, room))
+            .map_init(Gathered::default, |room, Pair { ends, via }| {
+                (ends[1], look(&view, (*ends, via), ends.map(|end| &outcomes[end]), locate, room))
             })
             .collect();
         for (index, found) in looked {
@@ -136,16 +152,12 @@ fn work_out(view: &View, which: &[usize], outcomes: &mut [Outcome]) {
 
 /// The pairs of neighbouring samples between which the path has to be examined, and the samples that this takes. Joints whose neighbours
 /// agree get their outcomes from these neighbours.
-fn look_at(
-    scene: &Scene,
-    samples: &[Sample],
-    required: &[usize],
-    outcomes: &mut [Outcome],
-) -> (Vec<[usize; 2]>, Vec<bool>) {
+fn look_at(view: &View, required: &[usize], outcomes: &mut [Outcome]) -> (Vec<Pair>, Vec<bool>) {
+    let (scene, samples) = (view.scene(), view.samples);
     let (mut pairs, mut wanted) = (Vec::new(), vec![false; samples.len()]);
     let joint = |k: &usize| samples[*k].need == Need::Joint;
     let chained = |pair: &[usize]| (pair[0] + 1..pair[1]).any(|k| joint(&k));
-    let look = |k: usize| {
+    let agreed = |k: usize| {
         let ends = &required[k..k + 2];
         let found = [&outcomes[ends[0]], &outcomes[ends[1]]];
         if !chained(ends) {
@@ -160,9 +172,27 @@ fn look_at(
         joints(samples, cutter_of(scene, &samples[ends[0]]), [ends[0], ends[1]], found)
     };
     let pairs_of = required.len().saturating_sub(1);
-    let looks: Vec<Option<Vec<(usize, Outcome)>>> = (0..pairs_of).into_par_iter().with_max_len(128).map(look).collect();
-    for (ends, agreed) in required.windows(2).zip(looks) {
-        if let Some(mixed) = agreed {
+    let is_cut = |k: usize| !outcomes[required[k]].arcs.is_empty();
+    let odd = |k: usize, room: &mut Room| {
+        let ends = [required[k], required[k + 1]];
+        if !chained(&ends) && (is_cut(k) || is_cut(k + 1)) {
+            odd_samples(view, ends, ends.map(|end| &outcomes[end]), room)
+        } else {
+            Vec::new()
+        }
+    };
+    let mut looks: Vec<Seen> = (0..pairs_of)
+        .into_par_iter()
+        .with_max_len(128)
+        .map_init(Room::default, |room, k| Seen { agreed: agreed(k), odd: odd(k, room) })
+        .collect();
+    let is_alike = |seen: &Seen| seen.agreed.as_ref().is_some_and(Vec::is_empty) && seen.odd.is_empty();
+    let are_alike: Vec<bool> = looks.iter().map(is_alike).collect();
+    for (k, between) in repeated(view, required, &are_alike, outcomes) {
+        looks[k].odd.push(between);
+    }
+    for (ends, Seen { agreed, odd }) in required.windows(2).zip(looks) {
+        if let Some(mixed) = agreed.filter(|_| odd.is_empty()) {
             for (index, outcome) in mixed {
                 outcomes[index] = outcome;
             }
@@ -171,7 +201,8 @@ fn look_at(
         wanted[ends[0] + 1..ends[1]].fill(true);
         let mut from = ends[0];
         for to in (ends[0] + 1..ends[1]).filter(joint).chain([ends[1]]) {
-            pairs.push([from, to]);
+            let via = odd.iter().copied().filter(|k| (from..to).contains(k)).collect();
+            pairs.push(Pair { ends: [from, to], via });
             from = to;
         }
     }
@@ -237,8 +268,8 @@ fn work_tile(
     operations: &[Operation],
     watch: &(impl Fn(u32) -> bool + Sync),
 ) -> Worked {
-    let always = |number: u32| samples[number as usize].need == Need::Always;
-    if operations.iter().any(|operation| matches!(operation, Operation::Nominate(k) if !always(*k))) {
+    let later = |number: u32| samples[number as usize].need == Need::Joint;
+    if operations.iter().any(|operation| matches!(operation, Operation::Nominate(k) if later(*k))) {
         tile.past.begin(operations.len());
     }
     let (mut said, mut watched, mut scratch) = (Nominations::default(), Vec::new(), Scratch::default());
@@ -248,7 +279,7 @@ fn work_tile(
             marks.push(tile.past.mark());
         }
         match *operation {
-            Operation::Nominate(number) if !always(number) => {}
+            Operation::Nominate(number) if later(number) => {}
             Operation::Nominate(number) => {
                 let sample = &samples[number as usize];
                 nominate(tile, number, sample, cutter_of(scene, sample), &mut scratch, &mut said);
@@ -288,8 +319,9 @@ fn look_back(
     (operations, marks): (&[Operation], &[usize]),
     wanted: &[bool],
 ) -> Option<Nominations> {
-    let is_wanted = |operation: &Operation| matches!(operation, Operation::Nominate(k) if wanted[*k as usize]);
-    let first = operations.iter().take(marks.len()).position(is_wanted)?;
+    let is_wanted = |number: u32| wanted[number as usize] && samples[number as usize].need == Need::Joint;
+    let asks = |operation: &Operation| matches!(operation, Operation::Nominate(k) if is_wanted(*k));
+    let first = operations.iter().take(marks.len()).position(asks)?;
     let (mut said, mut scratch) = (Nominations::default(), Scratch::default());
     let mut at = tile.past.mark();
     for (operation, mark) in operations.iter().zip(marks).skip(first).rev() {
@@ -298,7 +330,7 @@ fn look_back(
                 undo(tile, [*mark, at]);
                 at = *mark;
             }
-            Operation::Nominate(number) if wanted[number as usize] => {
+            Operation::Nominate(number) if is_wanted(number) => {
                 let sample = &samples[number as usize];
                 nominate(tile, number, sample, cutter_of(scene, sample), &mut scratch, &mut said);
             }

@@ -2,7 +2,7 @@
 //! engagement, each with the volume removed on it, with all arcs engaged at any examined place of it ([`super::union`]), and with those at the
 //! first and the last of these.
 //!
-//! Where the engagement at both ends is alike, nothing is examined. Elsewhere the removal area is integrated by bisection over the optional
+//! Where the engagement at both ends is alike and nothing else may stand between, nothing is examined. Elsewhere the removal area is integrated by bisection over the optional
 //! samples. Two neighbouring optional samples are closer than the reach of a nomination, so between them any position has the candidates of
 //! the two, and the bisection goes on over positions. A stretch is halved until its trapezoid agrees with that of its halves to [`AGREE`] of
 //! the full area over a millimetre, or it is shorter than [`SHORTEST_MM`]. Where engagement begins or ends it is always halved down to that
@@ -51,10 +51,11 @@ pub fn alike(outcomes: [&Outcome; 2]) -> bool {
     !outcomes[0].arcs.is_empty() && same(&outcomes[0].arcs, &outcomes[1].arcs)
 }
 
-/// The stretches between the required samples `ends`, which may have optional ones between them; `room` is working space.
+/// The stretches between the required samples `ends`, which may have optional ones between them: those of `via` are worked out in any case.
+/// `room` is working space.
 pub fn look<'b>(
     view: &View<'b>,
-    ends: [usize; 2],
+    (ends, via): ([usize; 2], &[usize]),
     outcomes: [&Outcome; 2],
     locate: Locate,
     room: &mut Gathered<'b>,
@@ -65,7 +66,7 @@ pub fn look<'b>(
     }
     // A short block that continues the one before is described well enough by its neighbours.
     let begins = view.samples[ends[0]].s_mm == 0.0 && view.move_of(ends[0]) == view.move_of(ends[1]);
-    if (ends[1] == ends[0] + 1 && !begins) || alike(outcomes) {
+    if via.is_empty() && ((ends[1] == ends[0] + 1 && !begins) || alike(outcomes)) {
         return None;
     }
     let quiet = |outcome: &Outcome| outcome.arcs.is_empty();
@@ -81,7 +82,14 @@ pub fn look<'b>(
         let area_mm2 = outcomes[k].cut.area_mm2;
         Node { index: ends[k], s_mm: work.place(ends[k]), area_mm2, met: k }
     });
-    work.samples(a, b);
+    let mut from = a;
+    for &index in via {
+        let outcome = view.outcome(index, work.room);
+        let node = work.node(index, work.place(index), outcome);
+        work.samples(from, node);
+        from = node;
+    }
+    work.samples(from, b);
     let Work { found, met, .. } = work;
     let stretches: Between = found
         .into_iter()

@@ -9,7 +9,7 @@
 //! | the loop over the program, in batches of moves | [`simulate`], `plan`, `place_samples`, `in_batches`, [`batch`], [`options`], [`workpiece`] |
 //! | which earlier moves may matter at a place | [`nominate`], [`retraced`] |
 //! | exact geometry at one place: rings of the cutter, and the part of each that earlier moves left | [`cutter`], [`scene`], [`arcs`], `rings`, `cylinder`, `outline`, [`cover`], `discs`, `quadric`, [`gaps`], `inside_stock` |
-//! | from place to place: where to examine more closely, what may be interpolated | [`sample_view`], [`sample_outcome`], [`between_samples`], `block_ends`, `union` |
+//! | from place to place: where to examine more closely, what may be interpolated | [`sample_view`], [`sample_outcome`], [`between_samples`], `odd_samples`, `block_ends`, `union` |
 //! | the result | [`map`], [`stations`], [`final_surface`], `beside_blank`, [`hazards`] |
 //! | reuse of an earlier simulation | [`reused_stations`], [`cache`], [`key`] |
 
@@ -32,6 +32,7 @@ pub mod key;
 pub mod map;
 pub mod nominate;
 pub mod options;
+mod odd_samples;
 mod outline;
 mod place_samples;
 mod plan;

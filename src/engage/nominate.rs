@@ -43,7 +43,7 @@ pub enum Need {
     Always,
     /// It is the end of a short block: only if the samples before and after it do not agree.
     Joint,
-    /// It is an optional sample: only if the engagement changes around it.
+    /// It is an optional sample: only if the engagement changes around it, or other stock may stand there.
     Change,
 }
 
@@ -402,7 +402,7 @@ impl CellsAtDistance {
 }
 
 /// The bins of a turn with those up to `by` beside them.
-fn widened(bins: u64, by: u32) -> u64 {
+pub fn widened(bins: u64, by: u32) -> u64 {
     let (mut wide, mut done) = (bins, 0);
     while done < by {
         // What is widened so far has no gaps within `done` of a bin.

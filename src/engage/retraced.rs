@@ -12,8 +12,8 @@ use crate::machine::Box3;
 use crate::stock::{Element, SLIVER_CELLS, Track};
 use rayon::slice::ParallelSliceMut;
 
-/// Elements that are added for a wall at a place: the lowest, those above it that cut more of the wall, and so on.
-const MOST: usize = 4;
+/// Elements that are added for a wall at a place: those that cut most of it, and of lower ones that cut less the next.
+const MOST: usize = 16;
 /// Most squares along a side of the grid, and length of path, mm, from which on squares grow so that the grid stays within some 50 MB.
 const MOST_SQUARES: f64 = 2048.0;
 const LONG_PATH_MM: f64 = 4e6;
@@ -88,7 +88,7 @@ impl Retraced {
                 most = most.max(*reach);
                 more
             });
-            candidates.extend(found.iter().take(MOST).map(|(.., id)| *id));
+            candidates.extend(found.iter().rev().take(MOST).map(|(.., id)| *id));
         }
     }
 
@@ -279,12 +279,13 @@ mod tests {
 
     #[test]
     fn the_lowest_count_and_above_them_those_that_cut_more() {
-        // Each leaves 0.1 mm more on the wall at y = 44 than the one above, and less at y = 56.
-        let levels = |count: usize| (0..count).map(|k| at_y(50.0 + 0.1 * k as f64, -2.0 - 0.5 * k as f64));
+        // Each leaves 0.04 mm more on the wall at y = 44 than the one above, and less at y = 56.
+        let levels = |count: usize| (0..count).map(|k| at_y(50.0 + 0.04 * k as f64, -2.0 - 0.1 * k as f64));
         let all = |count: usize| [at_y(0.0, -1.0)].into_iter().chain(levels(count)).chain([at_y(50.0, -8.0)]);
         let of = |count: usize| added(&all(count).collect::<Vec<_>>());
-        assert_eq!(of(4), [1, 2, 3, 4]);
-        assert_eq!(of(7), [4, 5, 6, 7], "at most four, from below");
+        assert_eq!(of(16), (1..=16).collect::<Vec<u32>>());
+        // At most sixteen that cut most, and the lowest, which cuts most of the other wall.
+        assert_eq!(of(18), (1..=16).chain([18]).collect::<Vec<u32>>());
         // At one wall like another only the lowest.
         let same = [at_y(0.0, -1.0), at_y(50.0, -2.0), at_y(50.0, -6.0), at_y(50.0, -4.0), at_y(50.0, -8.0)];
         assert_eq!(added(&same), [2]);

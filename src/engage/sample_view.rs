@@ -74,6 +74,10 @@ impl<'a> View<'a> {
     pub fn new(scene: &'a Scene<'a>, samples: &'a [Sample], said: &'a [Nominations]) -> Self {
         View { scene, samples, merged: Merged::new(said, samples.len()), said }
     }
+    /// The geometry around the samples.
+    pub fn scene(&self) -> &'a Scene<'a> {
+        self.scene
+    }
     /// Move of a sample.
     pub fn move_of(&self, index: usize) -> MoveId {
         self.scene.elements[self.samples[index].element as usize].move_id
@@ -81,6 +85,14 @@ impl<'a> View<'a> {
     /// May there be material at this sample, as far as the grid tells?
     pub fn nominated(&self, index: usize) -> bool {
         self.entries(index).any(|(entry, ..)| entry.marks > 0)
+    }
+    /// What the tiles mark around a sample, sorted by band.
+    pub fn marks(&self, index: usize, marks: &mut Vec<Mark>) {
+        marks.clear();
+        for (entry, tile, mark, _) in self.entries(index) {
+            marks.extend_from_slice(&self.said[tile].marks[mark as usize..(mark + entry.marks) as usize]);
+        }
+        merge(marks);
     }
     /// Outcome at a position between a sample and the next one, from the nominations for both.
     pub fn outcome_between(&self, index: usize, sample: &Sample, gathered: &mut Gathered<'a>) -> Outcome {
@@ -126,15 +138,7 @@ impl<'a> View<'a> {
         }
     }
     fn resolve(&self, sample: &Sample, gathered: &mut Gathered<'a>, outcome: &mut Outcome) {
-        gathered.marks.sort_by_key(|mark| mark.band);
-        gathered.marks.dedup_by(|next, kept| {
-            let one = next.band == kept.band;
-            if one {
-                kept.bins |= next.bins;
-                kept.top = kept.top.max(next.top);
-            }
-            one
-        });
+        merge(&mut gathered.marks);
         gathered.candidates.sort_unstable();
         gathered.candidates.dedup();
         self.scene.add_retraced(&mut gathered.candidates, sample, &gathered.marks);
@@ -147,4 +151,17 @@ impl<'a> View<'a> {
         outcome.arcs = gathered.arcs.as_slice().to_vec();
         outcome.struck[0] = outcome.struck[0].max(outcome.cut.rub_mm as f32);
     }
+}
+
+/// Makes one mark of those of a band, by which they are sorted.
+fn merge(marks: &mut Vec<Mark>) {
+    marks.sort_by_key(|mark| mark.band);
+    marks.dedup_by(|next, kept| {
+        let one = next.band == kept.band;
+        if one {
+            kept.bins |= next.bins;
+            kept.top = kept.top.max(next.top);
+        }
+        one
+    });
 }
