@@ -1,4 +1,5 @@
 //! Edge chipping. In: time t, the time since which the tool is in use. Out: from t₀ on, for a tool in use before, k_?c · (1 + c) and k_?e · (1 + e) (? stands for t, r and a).
+//! With t₀ ≤ 0 it holds from the beginning on, for every tool.
 //!
 //! A chipped edge needs more force, never less: c, e ≥ 0.
 
@@ -50,6 +51,22 @@ pub const EFFECT: Effect = Effect {
 };
 
 fn change(p: &[f64], state: &State) -> Change {
-    let after = if state.time_s >= p[2] && state.in_use_since_s <= p[2] { 1.0 } else { 0.0 };
+    let is_chipped = p[2] <= 0.0 || (state.time_s >= p[2] && state.in_use_since_s <= p[2]);
+    let after = f64::from(u8::from(is_chipped));
     Change { cutting: 1.0 + p[0] * after, edge: 1.0 + p[1] * after, ..Change::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_holds_for_a_tool_in_use_before_and_from_the_beginning_for_all() {
+        let cutting = |instant_s: f64, time_s: f64, in_use_since_s: f64| {
+            change(&[0.2, 0.1, instant_s], &State { time_s, in_use_since_s, ..State::default() }).cutting
+        };
+        assert_eq!([cutting(50.0, 49.0, 3.0), cutting(50.0, 51.0, 3.0), cutting(50.0, 51.0, 50.5)], [1.0, 1.2, 1.0]);
+        // As a model file says it, of a program whose tool cuts from 3 s on.
+        assert_eq!([cutting(0.0, 4.0, 3.0), cutting(-1.0, 4.0, 3.0)], [1.2, 1.2]);
+    }
 }
