@@ -165,7 +165,17 @@ fn write_experiment(
     let found = experiment(data, report, job)
         .map_err(|error| CliError::new(error.to_string(), "leave out --experiment to see the report"))?;
     let Some(found) = found else {
-        screen.say("no experiment was written: no effects are confounded\n");
+        let why = report.confounded.first().map_or_else(
+            || "no effects are confounded".to_owned(),
+            |group| {
+                format!(
+                    "of {} only one predicts other cuts; to part them: {}",
+                    group.names.join(", "),
+                    group.experiment
+                )
+            },
+        );
+        screen.say(&format!("no experiment was written: {why}\n"));
         return Ok(());
     };
     let noise = found.noise.map_or_else(String::new, |n| format!(" (noise of a reading {n:.3})"));

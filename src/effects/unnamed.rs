@@ -12,6 +12,8 @@ use super::{Acts, BARE, Change, Covariate, Effect, Multiplies, Need, Parameter, 
 pub const KNOTS: usize = 8;
 /// How the names of the factors at the knots begin.
 pub const FACTOR: &str = "factor_";
+/// Beginning of the names of the parameters that are places of knots.
+pub const PLACE: &str = "at_";
 /// Position of unused knots.
 pub const BEYOND: f64 = 1e12;
 /// Least and greatest factor.

@@ -5,7 +5,7 @@
 //! change a cut. An accident in the log (a chipped edge) will not happen again and is left out, unless it holds from the beginning of the log on:
 //! then it cannot be told from something permanent.
 
-use crate::effects::unnamed::{CURVES, FACTOR};
+use crate::effects::unnamed::{BEYOND, CURVES, FACTOR, PLACE};
 use crate::effects::{Acts, Change, Covariate, Effect, Excess, Multiplies, Place, State, named};
 use crate::machine::material::EffectUse;
 use crate::machine::{Job, Stock, StockShape};
@@ -52,6 +52,44 @@ pub fn at_their_largest(job: &mut Job) -> Vec<Assumption> {
         source: LEARNED.into(),
     };
     held.iter().zip(factors()).map(say).collect()
+}
+
+/// Makes curves without a named cause over the feed per tooth or the chip thickness rise towards less feed: each factor becomes the largest from
+/// there on. Thin chips take more force for their section (size effect), not less; where a log seems to show less, the cuts at that feed were others,
+/// and a feed a little lower would seem to take a fifth of the load away.
+pub fn no_easier_at_less_feed(job: &mut Job) -> Vec<Assumption> {
+    let is_of_feed = |used: &&mut EffectUse| {
+        let of = CURVES.iter().find(|(_, effect)| effect.name == used.name && effect.multiplies == Multiplies::Load);
+        of.is_some_and(|(covariate, _)| matches!(covariate, Covariate::FeedPerTooth | Covariate::ChipThickness))
+    };
+    let said = |used: &mut EffectUse| {
+        let more = risen_towards_less(&mut used.parameters);
+        let value = format!(
+            "cuts at less feed are taken to need as much force for their chip as those at more, up to +{:.0} %: what the log shows of feeds may \
+             be of the cuts that ran at them",
+            100.0 * (more - 1.0)
+        );
+        (more > 1.0).then(|| Assumption { key: format!("process.{}", used.name), value, source: LEARNED.into() })
+    };
+    job.process.effects.iter_mut().filter(is_of_feed).filter_map(said).collect()
+}
+
+/// Raises each factor of a curve to the largest of those at higher values of its covariate; the most that one is raised by.
+fn risen_towards_less(parameters: &mut [(String, f64)]) -> f64 {
+    let known: Vec<(String, f64)> = parameters.to_vec();
+    let at = |k: &str| known.iter().find(|(name, _)| name.strip_prefix(PLACE) == Some(k)).map(|(_, at)| *at);
+    let mut knots: Vec<(f64, usize)> = (0..known.len())
+        .filter_map(|i| Some((at(known[i].0.strip_prefix(FACTOR)?).filter(|at| *at < BEYOND)?, i)))
+        .collect();
+    knots.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (mut largest, mut most): (f64, f64) = (0.0, 1.0);
+    for (_, i) in knots {
+        let factor = &mut parameters[i].1;
+        most = most.max(largest / *factor);
+        largest = largest.max(*factor);
+        *factor = largest;
+    }
+    most
 }
 
 /// The largest factor on the load of an effect that cannot be predicted for another run; `None` for other effects.
@@ -257,6 +295,22 @@ mod tests {
         let effect = named(&used.name).expect("of the list");
         let state = State { rps: 50.0, ..State::default() };
         assert_eq!(change_at(effect, used, &state).cutting, 1.25);
+    }
+
+    #[test]
+    fn less_feed_makes_no_cut_easier_and_may_make_it_harder() {
+        let curve = |name: &str, factors: [f64; 3]| {
+            let places = [0.03, 0.07, 0.09].into_iter().enumerate().map(|(k, at)| (format!("at_{}", k + 1), at));
+            let factors = factors.into_iter().enumerate().map(|(k, factor)| (format!("factor_{}", k + 1), factor));
+            let all: Vec<(String, f64)> = places.chain(factors).collect();
+            let mut job = job(name, &all.iter().map(|(name, value)| (name.as_str(), *value)).collect::<Vec<_>>());
+            let said = no_easier_at_less_feed(&mut job);
+            let own = job.process.effects[0].parameters[3..].iter().map(|(_, factor)| *factor).collect::<Vec<_>>();
+            (said.first().map(|said| said.value.contains("+25 %")), own)
+        };
+        assert_eq!(curve("unnamed-load-feed-per-tooth", [1.1, 0.8, 1.0]), (Some(true), vec![1.1, 1.0, 1.0]));
+        assert_eq!(curve("unnamed-load-chip-thickness", [1.3, 1.1, 1.0]), (None, vec![1.3, 1.1, 1.0]));
+        assert_eq!(curve("unnamed-load-axial-depth", [1.1, 0.8, 1.0]), (None, vec![1.1, 0.8, 1.0]));
     }
 
     #[test]

@@ -85,6 +85,7 @@ fn posed(task: Task, edges: EdgeWear, watch: &Watch) -> Result<(ProgramRun, Opti
     assumptions.extend(wanted.confidence.map(|confidence| wanted::at_confidence(&mut job, confidence)));
     assumptions.extend(learned::unexplained(&job));
     assumptions.extend(learned::at_their_largest(&mut job));
+    assumptions.extend(learned::no_easier_at_less_feed(&mut job));
     assumptions.extend(learned::apply(&mut job));
     let asked_for = job.operations.len();
     let origins: Vec<usize>;

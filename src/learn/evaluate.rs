@@ -6,6 +6,8 @@ use crate::engage::Loader;
 use crate::learn::dataset::binning::channels;
 use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::samples::{Class, Data};
+use crate::learn::diagnose::ceiling::without_ceilings;
+use crate::learn::diagnose::criteria::Criteria;
 use crate::learn::diagnose::unnamed::with_predicted_loads;
 use crate::learn::log::columns::DataError;
 use crate::learn::log::read_log;
@@ -14,7 +16,7 @@ use crate::learn::model::design::{FittedEffect, in_model_file, in_quantity_of};
 use crate::learn::model::fit::{Model, predict};
 use crate::learn::program::declared::in_force;
 use crate::learn::program::simulated::{simulate_declared, simulate_for};
-use crate::learn::report::Errors;
+use crate::learn::report::{Ceiling, Errors};
 use crate::learn::session::{LearnError, LogOptions, dataset_of, of_another_program, of_one_run};
 use crate::machine::Job;
 use crate::machine::material::{ForceModel, RelativeLoad};
@@ -73,7 +75,7 @@ pub fn of_log(
     let (data, aligned, _) = dataset_of(&prepared, job, &log, &channels, aligned);
     let found = of_data(&data, job)?;
     let mut warnings = log.warnings;
-    warnings.extend(of_another_program(&aligned));
+    warnings.extend(found.warnings.iter().cloned().chain(of_another_program(&aligned)));
     let tied = Some((aligned.method.name(), aligned.uncertainty_s));
     Ok(Evaluation { samples: log.time_s.len(), tied, warnings, ..found })
 }
@@ -84,7 +86,10 @@ pub fn of_data(data: &Data, job: &Job) -> Result<Evaluation, DataError> {
     let effects: Vec<FittedEffect> =
         in_model_file(&job.process).into_iter().map(|each| in_quantity_of(data, each)).collect();
     let plain = Model { base: base.clone(), effects: Vec::new() };
-    let data = &with_predicted_loads(&about_model_speed(steady(data), job), &predict(data, &plain));
+    // What stops at a ceiling of the meter tells of no error.
+    let (below, mut ceilings) = without_ceilings(&about_model_speed(steady(data), job), &Criteria::default());
+    ceilings.iter_mut().for_each(|ceiling| ceiling.read_at_meter(&job.machine.spindle));
+    let data = &with_predicted_loads(&below, &predict(data, &plain));
     let without = predict(data, &plain);
     let predicted = predict(data, &Model { base, effects: effects.clone() });
     let of = |(c, name): (usize, &String)| {
@@ -105,7 +110,8 @@ pub fn of_data(data: &Data, job: &Job) -> Result<Evaluation, DataError> {
     };
     let quantities = data.channel_names.iter().enumerate().map(of).collect();
     let effects = effects.iter().map(|each| each.effect.name.to_owned()).collect();
-    Ok(Evaluation { samples: data.len(), tied: None, effects, quantities, warnings: Vec::new() })
+    let warnings = ceilings.iter().map(Ceiling::in_words).collect();
+    Ok(Evaluation { samples: data.len(), tied: None, effects, quantities, warnings })
 }
 
 /// Median of |error| / |reading| over those of some samples that are in a cut, percent.

@@ -105,10 +105,7 @@ pub struct Confounded {
 impl LearnReport {
     /// Says what was read of power as the meter showed it; the data hold it as power at the motor shaft.
     pub(in crate::learn) fn read_at_meter(&mut self, spindle: &Spindle, channel_names: &[String]) {
-        let is_power = |name: &str| name.starts_with("spindle_power");
-        for ceiling in self.ceilings.iter_mut().filter(|ceiling| is_power(&ceiling.name)) {
-            ceiling.reading = spindle.meter_w(ceiling.reading);
-        }
+        self.ceilings.iter_mut().for_each(|ceiling| ceiling.read_at_meter(spindle));
         if channel_names.first().is_some_and(|name| is_power(name)) {
             for cut in &mut self.outlying {
                 (cut.reading, cut.predicted) = (spindle.meter_w(cut.reading), spindle.meter_w(cut.predicted));
@@ -146,6 +143,8 @@ pub struct Unexplained {
     pub test_r2_of_residual_structure: f64,
     /// The strongest correlate.
     pub largest_correlate: String,
+    /// Where that is not the time: the time and the lines of the program at which the residual is largest, in words.
+    pub largest: Option<String>,
 }
 
 /// Held-out error of one measured quantity.
@@ -204,13 +203,25 @@ pub struct Ceiling {
     pub samples: usize,
 }
 
+/// Is a quantity of this name a power of the spindle?
+fn is_power(name: &str) -> bool {
+    name.starts_with("spindle_power")
+}
+
 impl Ceiling {
     /// One sentence.
     pub fn in_words(&self) -> String {
+        let digits = (3 - self.reading.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
         format!(
-            "{} saturates at {:.4}: the load of {} samples is larger, and they were left out",
+            "{} saturates at {:.digits$}: the load of {} samples is larger, and they were left out",
             self.name, self.reading, self.samples
         )
+    }
+    /// A power as the meter showed it; the data hold it as power at the motor shaft.
+    pub(in crate::learn) fn read_at_meter(&mut self, spindle: &Spindle) {
+        if is_power(&self.name) {
+            self.reading = spindle.meter_w(self.reading);
+        }
     }
 }
 

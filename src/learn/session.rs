@@ -179,7 +179,9 @@ pub fn learn_with_data(
     let doubts = doubts::of_log(&report, &aligned, &prepared.timeline, log, &below);
     if !doubts.is_empty() {
         report.supports_model = false;
-        report.verdict = format!("The data do not support a model: {}. {}", doubts.join("; "), report.verdict);
+        let why = doubts.join("; ");
+        let end = if why.ends_with(['.', '?']) { "" } else { "." };
+        report.verdict = format!("The data do not support a model: {why}{end} {}", report.verdict);
         report.warnings.extend(doubts);
     }
     if let Some(windows) = windows {

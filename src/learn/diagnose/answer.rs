@@ -335,6 +335,7 @@ pub(in crate::learn) fn unexplained(
         return Some(Unexplained {
             test_r2_of_residual_structure: 1.0 - (after / before.max(1e-300)).powi(2),
             largest_correlate: first.covariate.clone(),
+            largest: None,
         });
     }
     let residual = fitted.residuals(data);
@@ -342,7 +343,12 @@ pub(in crate::learn) fn unexplained(
     // Persistence from sample to sample shows that the rest is not noise, but not its cause: a covariate is more
     // useful.
     let strongest = found.iter().find(|pattern| !pattern.is_persistence).or(found.first())?;
-    Some(Unexplained { test_r2_of_residual_structure: strongest.test_r2, largest_correlate: strongest.along.clone() })
+    let largest = found.iter().find_map(|pattern| pattern.largest.clone()).filter(|_| !strongest.is_persistence);
+    Some(Unexplained {
+        test_r2_of_residual_structure: strongest.test_r2,
+        largest_correlate: strongest.along.clone(),
+        largest,
+    })
 }
 
 /// The verdict in one sentence.
@@ -351,7 +357,11 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
     let asserted = report.names().into_iter().filter(|name| report.one_of(name).is_none());
     let (names, of_motion): (Vec<&str>, Vec<&str>) = asserted.partition(on_the_load);
     let (before, after) = (report.base_test.rmse, report.final_test.rmse);
-    let fell = format!("held-out error {before:.4} → {after:.4}");
+    let unit = match report.channels.as_slice() {
+        [one] => one.name.rsplit_once('(').map_or("", |(_, unit)| unit.trim_end_matches(')')),
+        _ => "",
+    };
+    let fell = format!("held-out error {} → {}", rounded(before), value_with_unit(after, unit));
     let found = match (names.as_slice(), report.unnamed.as_slice()) {
         ([], _) if !report.confounded.is_empty() => {
             format!("The residual is explained, but by more than one candidate equally well; {fell}")
@@ -385,9 +395,10 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
     let is_curve = report.nameless().next().is_some();
     let left = report.unexplained.as_ref().filter(|_| !is_curve).map(|u| {
         format!(
-            "{:.0} % of the remaining variance follows {} and is unexplained",
+            "{:.0} % of the remaining variance follows {} and is unexplained{}",
             100.0 * u.test_r2_of_residual_structure,
-            u.largest_correlate
+            u.largest_correlate,
+            u.largest.as_ref().map_or_else(String::new, |largest| format!("; what remains is {largest}"))
         )
     });
     let motion = report.effects.iter().filter(|e| of_motion.contains(&e.name.as_str())).map(|e| {
@@ -396,7 +407,8 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
     });
     let mut parts: Vec<String> = std::iter::once(found).chain(motion).chain(rivals).chain(curves).chain(left).collect();
     if report.effects.is_empty() && report.unnamed.is_empty() && report.unexplained.is_none() {
-        parts[0] = format!("Nothing to add: what is left ({after:.4}) has no structure beyond noise");
+        parts[0] =
+            format!("Nothing to add: what is left ({}) has no structure beyond noise", value_with_unit(after, unit));
     }
     let adds_nothing = report.effects.is_empty() && report.unnamed.is_empty();
     if !(adds_nothing || is_no_worse(before, after)) {
@@ -415,6 +427,28 @@ mod tests {
     use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
     use crate::learn::model::fit::fit;
     use crate::machine::wear::Lengths;
+
+    #[test]
+    fn the_verdict_says_where_what_remains_is_largest_and_in_what_unit() {
+        let channel = ChannelError { name: "spindle_power_w (W)".into(), base_rmse: 1.0, final_rmse: 1.0 };
+        let mut report = LearnReport {
+            unexplained: Some(Unexplained {
+                test_r2_of_residual_structure: 0.334,
+                largest_correlate: "load".into(),
+                largest: Some("largest from 3 s to 28 s (lines 15 to 25), 17.8 % above the prediction".into()),
+            }),
+            channels: vec![channel],
+            ..LearnReport::default()
+        };
+        assert_eq!(
+            verdict(&report),
+            "Nothing to add: no effect of the list explains the residual; 33 % of the remaining variance follows load and is unexplained; what \
+             remains is largest from 3 s to 28 s (lines 15 to 25), 17.8 % above the prediction."
+        );
+        report.unexplained = None;
+        report.final_test.rmse = 15.1607;
+        assert_eq!(verdict(&report), "Nothing to add: what is left (15.2 W) has no structure beyond noise.");
+    }
 
     #[test]
     fn a_curve_is_clear_enough_for_a_name_by_what_it_shows_on_data_left_out() {

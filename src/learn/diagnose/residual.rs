@@ -26,6 +26,8 @@ pub struct Pattern {
     pub p_value: f64,
     /// Is it only an autocorrelation of neighbouring samples?
     pub is_persistence: bool,
+    /// Of that: the time and the lines of the program at which the residual is largest, in words.
+    pub largest: Option<String>,
 }
 
 /// φ; see the head of the file. At least 1.
@@ -210,6 +212,7 @@ fn along(data: &Data, residual: &[f64], values: &[f64], name: &str, seed: u64) -
         test_r2,
         p_value: (beaten + 1) as f64 / (ROUNDS + 1) as f64,
         is_persistence: false,
+        largest: None,
     })
 }
 
@@ -248,6 +251,7 @@ fn from_set_up_to_set_up(data: &Data, residual: &[f64], seed: u64) -> Option<Pat
         test_r2,
         p_value: (beaten + 1) as f64 / (ROUNDS + 1) as f64,
         is_persistence: false,
+        largest: None,
     })
 }
 
@@ -321,21 +325,23 @@ fn in_time(data: &Data, residual: &[f64], load: &[f64]) -> Vec<Pattern> {
     }
     let span = data.used().map(|i| data.span_s[i]).sum::<f64>() / n;
     let lasts = (1..400).find(|k| scaled.autocorrelation(*k) < 0.37 * rho).unwrap_or(400);
-    let stretch = worst_stretch(data, residual, load, lasts).map_or_else(String::new, |stretch| {
+    let largest = worst_stretch(data, residual, load, lasts).map(|stretch| {
         let ([from_s, to_s], percent) = (stretch.between_s, 100.0 * stretch.above);
         let side = if percent < 0.0 { "below" } else { "above" };
         let lines = stretch.lines.map_or_else(String::new, |lines| format!(" ({})", in_words(lines)));
-        format!("; largest from {from_s:.0} s to {to_s:.0} s{lines}, {:.1} % {side} the prediction", percent.abs())
+        format!("largest from {from_s:.0} s to {to_s:.0} s{lines}, {:.1} % {side} the prediction", percent.abs())
     });
+    let stretch = largest.as_ref().map_or_else(String::new, |largest| format!("; {largest}"));
     let mut found = vec![Pattern {
         along: format!("time (persists over about {:.1} s{stretch})", lasts as f64 * span),
         test_r2: rho * rho,
         p_value: (-0.5 * z * z).exp().max(1e-12),
         is_persistence: true,
+        largest,
     }];
     if let Some((period_s, r2)) = period(data, residual, span) {
         let along = format!("time (repeats every {period_s:.2} s)");
-        found.push(Pattern { along, test_r2: r2, p_value: 1e-6, is_persistence: false });
+        found.push(Pattern { along, test_r2: r2, p_value: 1e-6, is_persistence: false, largest: None });
     }
     found
 }
