@@ -88,7 +88,9 @@ pub fn of_data(data: &Data, job: &Job) -> Result<Evaluation, DataError> {
     let plain = Model { base: base.clone(), effects: Vec::new() };
     // What stops at a ceiling of the meter tells of no error.
     let (below, mut ceilings) = without_ceilings(&about_model_speed(steady(data), job), &Criteria::default());
-    ceilings.iter_mut().for_each(|ceiling| ceiling.read_at_meter(&job.machine.spindle));
+    for ceiling in &mut ceilings {
+        ceiling.read_at_meter(&job.machine.spindle);
+    }
     let data = &with_predicted_loads(&below, &predict(data, &plain));
     let without = predict(data, &plain);
     let predicted = predict(data, &Model { base, effects: effects.clone() });

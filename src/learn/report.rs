@@ -105,7 +105,9 @@ pub struct Confounded {
 impl LearnReport {
     /// Says what was read of power as the meter showed it; the data hold it as power at the motor shaft.
     pub(in crate::learn) fn read_at_meter(&mut self, spindle: &Spindle, channel_names: &[String]) {
-        self.ceilings.iter_mut().for_each(|ceiling| ceiling.read_at_meter(spindle));
+        for ceiling in &mut self.ceilings {
+            ceiling.read_at_meter(spindle);
+        }
         if channel_names.first().is_some_and(|name| is_power(name)) {
             for cut in &mut self.outlying {
                 (cut.reading, cut.predicted) = (spindle.meter_w(cut.reading), spindle.meter_w(cut.predicted));
