@@ -54,8 +54,12 @@ pub fn best_trial(
 }
 
 /// The best of several starts and forms of one effect, by scores with the inflation φ that the closest fit leaves. One that leaves structure has
-/// a φ of its own for that, and with it a higher score than a closer one of the same structure.
+/// a φ of its own for that, and with it a higher score than a closer one of the same structure. The φ of a table tells of its set-ups, which forms
+/// differ in: there each counts with its own.
 fn best_start(data: &Data, present: &Fitted, tried: Vec<Trial>) -> Option<Trial> {
+    if !data.is_series() {
+        return tried.into_iter().max_by(|a, b| a.score.total_cmp(&b.score));
+    }
     let closest = tried.iter().min_by(|a, b| a.fitted.squares.total_cmp(&b.fitted.squares))?;
     let n = independent(data, &closest.fitted);
     let score = |trial: &Trial| {
