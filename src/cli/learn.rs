@@ -315,10 +315,16 @@ pub(super) fn finish(
     if let Some(output) = model {
         match text.map(|text| setup::load_model(&text).map(|_| text)) {
             Some(Ok(text)) => output.write(text.as_bytes())?,
-            Some(Err(error)) => {
-                screen.say(&format!("no model file was written, for none could be read back: {error}\n"));
+            refused => {
+                let why = match refused {
+                    Some(Err(error)) => format!("no model file was written, for none could be read back: {error}"),
+                    _ => "no model file was written: the data do not support one".to_owned(),
+                };
+                let old = output.existing().map_or_else(String::new, |old| {
+                    format!("; {} is that of an earlier run, and not of these data", old.display())
+                });
+                screen.say(&format!("{why}{old}\n"));
             }
-            None => screen.say("no model file was written: the data do not support one\n"),
         }
     }
     outputs.commit()?;

@@ -300,6 +300,14 @@ impl Output {
         Ok(())
     }
 
+    /// The file that it would replace.
+    pub fn existing(&self) -> Option<&Path> {
+        match &self.place {
+            Place::File { target, replaces: true, .. } => Some(target),
+            _ => None,
+        }
+    }
+
     /// Is it standard output?
     pub fn is_stdout(&self) -> bool {
         matches!(self.place, Place::Stdout)
