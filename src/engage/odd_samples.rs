@@ -20,6 +20,9 @@ const SAME_BINS: u32 = 4;
 /// Bands by which a mark may be off: where a cell lies between two rings it matters to either.
 const SAME_BAND: u16 = 1;
 
+/// Distance of two samples from which on the path between them is asked for, mm: the reach of a mill of 1 mm. Short blocks are sampled closer.
+const LEAST_MM: f64 = 0.5;
+
 /// Working space of [`odd_samples`].
 #[derive(Default)]
 pub struct Room {
@@ -29,7 +32,8 @@ pub struct Room {
 
 /// Those of the samples between two others that may meet more than both.
 pub fn odd_samples(view: &View, ends: [usize; 2], met: [&Outcome; 2], room: &mut Room) -> Vec<usize> {
-    if ends[1] <= ends[0] + 1 {
+    let apart_mm = (view.samples[ends[1]].tip - view.samples[ends[0]].tip).norm();
+    if ends[1] <= ends[0] + 1 || apart_mm < LEAST_MM {
         return Vec::new();
     }
     let cutter = cutter_of(view.scene(), &view.samples[ends[1]]);
