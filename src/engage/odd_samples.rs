@@ -117,3 +117,36 @@ fn is_elsewhere(mark: &Mark, ends: [&[Mark]; 2], spread: u32) -> bool {
     let bins = ends.into_iter().flat_map(|marks| near(marks, mark)).fold(0, |all, other| all | other.bins);
     mark.bins & !widened(bins, spread + SAME_BINS) != 0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mark(band: u16, top: f32, bins: u64) -> Mark {
+        Mark { band, top, bins }
+    }
+
+    #[test]
+    fn stock_is_higher_by_more_than_a_scallop_and_a_twentieth_of_its_height() {
+        // The tip is at −2 mm, and 1 mm above it is met.
+        let above = |mm: f32, met_mm: f64| is_higher(&mark(3, mm - 2.0, 1), -2.0, met_mm);
+        assert!(above(1.06, 1.0) && !above(1.04, 1.0));
+        assert!(above(0.026, 0.02) && !above(0.024, 0.02), "of a thin layer 5 µm decide");
+    }
+
+    #[test]
+    fn stock_stands_elsewhere_from_five_bins_on_and_bands_beside_count() {
+        let ahead = mark(3, 0.0, 0b1);
+        let at = |bin: u32, band: u16, spread: u32| is_elsewhere(&mark(band, 0.0, 1 << bin), [&[ahead], &[]], spread);
+        assert!(at(5, 3, 0) && !at(4, 3, 0) && at(6, 3, 1) && !at(5, 3, 1));
+        assert!(!at(0, 4, 0) && !at(0, 2, 0) && at(0, 5, 0), "the bands beside, and not those beyond");
+    }
+
+    #[test]
+    fn a_wall_along_the_path_is_marked_at_both_ends() {
+        let [wall, floor] = [mark(3, 0.0, 1), mark(3, -1.0, 1)];
+        assert_eq!(lower_top(&wall, [&[wall], &[wall]]), 0.0);
+        assert_eq!(lower_top(&wall, [&[wall], &[floor]]), -1.0);
+        assert_eq!(lower_top(&wall, [&[wall], &[]]), f64::NEG_INFINITY);
+    }
+}
