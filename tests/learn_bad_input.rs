@@ -231,7 +231,7 @@ fn a_log_in_machine_coordinates_or_with_spikes_is_calibrated_and_one_of_another_
         k += 1;
         if k % 400 == 0 { "20000".into() } else { y.to_string() }
     });
-    as_good("spikes", &spiky, &["spikes of a single reading", "beyond all other readings, are left out"]);
+    as_good("spikes", &spiky, &["of a single reading", "beyond all other readings", "left out"]);
     let mut noise = Noise(8);
     let other = plan(Kind::MeanForce, &job()).unwrap().program;
     let wrong = log(&samples(&other), "spindle_power_w", |s| format!("{:.1}", power(s) + noise.normal()));

@@ -1,4 +1,4 @@
-//! Stock that is larger or smaller than its model, was set beside it or askew, in logs of the third generator (`benches/shop`: cells of its
+//! Stock that is larger or smaller than its model, was set beside it or askew, or has a top that is not level, in logs of the third generator (`benches/shop`: cells of its
 //! own, teeth one by one; it uses nothing of the crate): found, with the size that was hidden.
 
 #![allow(dead_code, unused_imports, clippy::unwrap_used)]
@@ -69,4 +69,19 @@ fn stock_that_was_set_askew_is_found_with_its_angle() {
         let found = size(&learned(3, Stock { turn, ..Stock::default() }), "turn");
         assert!((found / turn - 1.0).abs() < 0.1, "{found} for {turn}");
     }
+}
+
+#[test]
+fn a_top_that_is_not_level_is_found_with_its_slope() {
+    let found = size(&learned(3, Stock { slope: [0.012, 0.0], ..Stock::default() }), "slope_x");
+    assert!((found / 1.2 - 1.0).abs() < 0.1, "{found} mm/100 mm for 1.2");
+}
+
+/// A step has not the form of a slope; what there is of it in a slope is learned all the same, and nothing but the stock is named.
+#[test]
+fn half_a_blank_that_is_higher_is_stock_with_a_slope() {
+    let report = learned(3, Stock { half: 1.0, ..Stock::default() });
+    assert!(size(&report, "slope_x") > 0.5, "{}", report.verdict);
+    let [before, after] = [report.base_test.rmse, report.final_test.rmse];
+    assert!(after < 0.7 * before, "{before} → {after}");
 }

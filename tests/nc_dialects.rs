@@ -321,6 +321,15 @@ fn entry_ends_square_to_the_contour_as_its_control_makes_it() {
 }
 
 #[test]
+fn coolant_is_kept_with_the_motions() {
+    let text = "G21 G90 G94 F100\nG1 X1\nM8\nG1 X2\nM9 G1 X3\nM7\nG1 X4\nM9\nM13 S1000\nG1 X5\nM30\n";
+    let coolant = |dialect| read(text, dialect).moves.iter().map(|motion| motion.coolant).collect::<Vec<bool>>();
+    assert_eq!(coolant(Dialect::Fanuc), [false, true, false, true, true]);
+    // There M13 belongs to the brake of a rotary axis.
+    assert_eq!(coolant(Dialect::Haas), [false, true, false, true, false]);
+}
+
+#[test]
 fn path_modes_are_kept_with_the_motions() {
     let text = "G64 P0.01 Q0.02\nG1 X1 F100\nG64\nX2\nG61\nX3\nG61.1\nX4\nG64 P0.5\nG9 X5\nX6\nM2\n";
     for dialect in [Dialect::LinuxCnc, Dialect::Fanuc] {

@@ -23,6 +23,10 @@ pub struct Stock {
     pub shift: [f64; 3],
     /// Turn about the vertical through its middle, rad.
     pub turn: f64,
+    /// How much higher its top is in the half towards +x, mm: a step, as two pieces clamped side by side have.
+    pub half: f64,
+    /// By how much the top rises towards +x and +y about its middle, mm/mm.
+    pub slope: [f64; 2],
 }
 
 /// Everything in which a machine differs from the plain one.

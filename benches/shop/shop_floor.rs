@@ -218,7 +218,9 @@ fn raw_stock(job: &Job, hidden: &Hidden) -> Grid {
             && q[0] < job.high[0] + stock.faces[1]
             && q[1] > job.low[1] - stock.faces[2]
             && q[1] < job.high[1] + stock.faces[3];
-        inside.then_some(job.high[2] + stock.faces[4] + stock.shift[2])
+        let half = if p[0] > middle[0] { stock.half } else { 0.0 };
+        let slope = stock.slope[0] * (p[0] - middle[0]) + stock.slope[1] * (p[1] - middle[1]);
+        inside.then_some(job.high[2] + stock.faces[4] + stock.shift[2] + half + slope)
     };
     Grid::new([job.low[0] - 6.0, job.low[1] - 6.0], [job.high[0] + 6.0, job.high[1] + 6.0], CELL, height)
 }

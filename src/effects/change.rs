@@ -24,6 +24,8 @@ pub struct Change {
     pub stock_faces_mm: [f64; 4],
     /// Stock is turned counter-clockwise about its middle by this, rad.
     pub stock_turn_rad: f64,
+    /// Its top rises by this towards +x and +y, mm/mm; its height at the zero point is that of `stock_top_mm`.
+    pub stock_slope: [f64; 2],
     /// Tool is larger by this, mm of diameter.
     pub diameter_mm: f64,
     /// Acceleration of the machine over the declared one.
@@ -84,6 +86,14 @@ impl Excess {
     }
 }
 
+impl Change {
+    /// By how much the stock is higher at a place, mm.
+    pub fn stock_top_at_mm(&self, x_mm: f64, y_mm: f64) -> f64 {
+        let [along_x, along_y] = self.stock_slope;
+        self.stock_top_mm + along_x * x_mm + along_y * y_mm
+    }
+}
+
 impl Default for Change {
     fn default() -> Self {
         Self {
@@ -97,6 +107,7 @@ impl Default for Change {
             stock_side_mm: 0.0,
             stock_faces_mm: [0.0; 4],
             stock_turn_rad: 0.0,
+            stock_slope: [0.0; 2],
             diameter_mm: 0.0,
             acceleration: 1.0,
             excess: Excess::default(),

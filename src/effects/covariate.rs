@@ -61,6 +61,8 @@ pub enum Covariate {
     SetUp,
     /// Number of the tool.
     Tool,
+    /// Coolant or mist: 1 on, 0 off.
+    Coolant,
 }
 
 impl Covariate {
@@ -95,6 +97,7 @@ impl Covariate {
             Covariate::PathAcceleration => "acceleration along the path",
             Covariate::SetUp => "set-up",
             Covariate::Tool => "tool",
+            Covariate::Coolant => "coolant",
         }
     }
 
@@ -133,7 +136,8 @@ impl Covariate {
             | Covariate::LoadChange
             | Covariate::Load
             | Covariate::SetUp
-            | Covariate::Tool => (1.0, ""),
+            | Covariate::Tool
+            | Covariate::Coolant => (1.0, ""),
             _ => (1.0, "mm"),
         }
     }
@@ -165,6 +169,7 @@ impl Covariate {
             Covariate::PathSpeed => state.path_speed_mm_s,
             Covariate::PathAcceleration => state.path_acceleration_mm_s2,
             Covariate::Tool => state.tool,
+            Covariate::Coolant => state.coolant,
             Covariate::Load => state.load,
             _ => f64::NAN,
         }

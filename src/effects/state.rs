@@ -74,6 +74,8 @@ pub struct State {
     pub path_acceleration_mm_s2: f64,
     /// Number of the tool.
     pub tool: f64,
+    /// 1 where the program has coolant or mist on, 0 where it has not.
+    pub coolant: f64,
     /// Predicted reading of the meter here, in the unit of the log. Known only in a diagnosis.
     pub load: f64,
     /// The engaged arc in sectors; all shares 0 where it is not known.
@@ -129,6 +131,7 @@ impl Default for State {
             path_speed_mm_s: nan,
             path_acceleration_mm_s2: nan,
             tool: nan,
+            coolant: nan,
             load: nan,
             sectors: [Sector::default(); SECTORS],
         }

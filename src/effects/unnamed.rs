@@ -140,6 +140,7 @@ curves! {
     "path-speed", PathSpeed, Measuring, false;
     "path-acceleration", PathAcceleration, Measuring, false;
     "tool", Tool, Load, false;
+    "coolant", Coolant, Load, false;
     "predicted-load", Load, Measuring, false;
     "x", X, Load, false;
     "y", Y, Load, false;

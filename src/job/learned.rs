@@ -199,7 +199,7 @@ fn change_at(effect: &Effect, used: &EffectUse, state: &State) -> Change {
 }
 
 fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumption> {
-    let [top, side] = [change.stock_top_mm, change.stock_side_mm];
+    let [top, side] = [highest_top(job, change), change.stock_side_mm];
     let turned_mm = most_by_turning(job, change.stock_turn_rad);
     let sides = change.stock_faces_mm.map(|face| side + face + turned_mm);
     if sides.into_iter().fold(top.abs(), |most, side| most.max(side.abs())) > NOTHING_MM {
@@ -230,6 +230,21 @@ fn most_by_turning(job: &Job, turn_rad: f64) -> f64 {
         _ => 0.0,
     };
     turn_rad.sin().abs() * job.stocks.iter().map(half).fold(0.0, f64::max)
+}
+
+/// By how much the top of the stock is higher at most, mm. Stock has a level top in a simulation: raised by this it encloses one with a slope,
+/// which is the safe reading.
+fn highest_top(job: &Job, change: &Change) -> f64 {
+    let of = |stock: &Stock| match &stock.shape {
+        StockShape::Box(blank) => [[blank.min.x, blank.max.x], [blank.min.y, blank.max.y]],
+        StockShape::Cylinder { centre: [x, y], diameter_mm, .. } => {
+            [*x, *y].map(|c| [-0.5, 0.5].map(|r| c + r * diameter_mm))
+        }
+        // No slope is learned of stock from a file.
+        StockShape::Stl(_) | StockShape::Saved(_) => [[0.0; 2]; 2],
+    };
+    let corners = job.stocks.iter().map(of).flat_map(|[x, y]| [[x[0], y[0]], [x[1], y[0]], [x[0], y[1]], [x[1], y[1]]]);
+    corners.map(|[x, y]| change.stock_top_at_mm(x, y)).reduce(f64::max).unwrap_or(change.stock_top_mm)
 }
 
 fn faces_moved(top: f64, sides: [f64; 4]) -> String {
@@ -270,6 +285,11 @@ mod tests {
         let StockShape::Box(shape) = &shifted.stocks[0].shape else { panic!("a box") };
         assert_eq!([shape.min.x, shape.max.x, shape.min.y, shape.max.z], [0.3, 100.3, 0.0, 0.0]);
         assert!(said[0].value.contains("-0.30 mm at −x, +0.30 at +x"), "{}", said[0].value);
+        // A top with a slope counts as level at its highest corner, where x = 100 and y = 0.
+        let mut askew = job("stock-proud", &[("top", 0.1), ("slope_x", 0.5), ("slope_y", -1.0)]);
+        apply(&mut askew);
+        let StockShape::Box(shape) = &askew.stocks[0].shape else { panic!("a box") };
+        assert!((shape.max.z - 0.6).abs() < 1e-12, "{}", shape.max.z);
         let mut small = job("tool-diameter", &[("difference", -0.2)]);
         apply(&mut small);
         assert!((small.tools[0].diameter_mm - 9.8).abs() < 1e-12);

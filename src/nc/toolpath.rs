@@ -182,6 +182,8 @@ pub struct State {
     pub compensated: bool,
     /// Made by a drilling or boring cycle.
     pub cycle: bool,
+    /// Coolant or mist is on (M7, M8).
+    pub coolant: bool,
 }
 
 /// One motion; its [`State`] reads and writes like fields of its own.

@@ -68,8 +68,10 @@ pub fn learn_words(r: &LearnReport) -> String {
     text += &lines(&r.determined_base());
     for v in &r.left_out {
         text += &format!(
-            "  without {}: these cuts do not tell it ({:.5} ± {:.2} {}), and cuts left out are predicted better without\n",
-            v.name, v.value, v.std_error, v.unit
+            "  without {}: these cuts do not tell it ({} {}), and cuts left out are predicted better without\n",
+            v.name,
+            with_error(v),
+            v.unit
         );
     }
     for e in &r.effects {
@@ -123,12 +125,25 @@ pub fn calibrate_words(c: &Calibration) -> String {
     text
 }
 
+/// The values, one in a line. Those that were held at 0 say nothing and are not said.
 fn lines(values: &[Estimate]) -> String {
-    values.iter().fold(String::new(), |text, v| {
+    let said = values.iter().filter(|v| v.value != 0.0 || v.std_error != 0.0);
+    said.fold(String::new(), |text, v| {
         if v.std_error.is_finite() {
-            text + &format!("    {} = {:.5} ± {:.2} {}\n", v.name, v.value, v.std_error, v.unit)
+            text + &format!("    {} = {} {}\n", v.name, with_error(v), v.unit)
         } else {
             text + &format!("    {} cannot be told from these data\n", v.name)
         }
     })
+}
+
+/// A value with its standard error, which has two significant digits, and the value as many decimals; held values have four digits.
+fn with_error(v: &Estimate) -> String {
+    let decimals = |of: f64, digits: i32| (digits - 1 - of.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    if v.std_error > 0.0 {
+        let decimals = decimals(v.std_error, 2);
+        format!("{:.decimals$} ± {:.decimals$}", v.value, v.std_error)
+    } else {
+        format!("{:.*}", if v.value == 0.0 { 0 } else { decimals(v.value, 4) }, v.value)
+    }
 }

@@ -163,6 +163,7 @@ impl History {
             along_edge: engaged.along_edge,
             since_entry_mm: past.since_entry_mm,
             tool: f64::from(motion.tool),
+            coolant: f64::from(u8::from(motion.coolant)),
             ..State::default()
         }
     }

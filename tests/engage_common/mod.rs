@@ -151,6 +151,7 @@ pub fn state(tool: u32) -> State {
         shared: None,
         compensated: false,
         cycle: false,
+        coolant: false,
     }
 }
 

@@ -176,6 +176,7 @@ mod tests {
                 line: 1,
                 block: 0,
                 tool: 1,
+                coolant: false,
                 rps: 100.0,
                 from: at,
                 to: p,

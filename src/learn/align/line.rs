@@ -408,6 +408,7 @@ mod tests {
             line: 1 + (k / 3) as u32,
             block: 0,
             tool: 1,
+            coolant: false,
             rps: 100.0,
             from: Vec3::new(k as f64, 0.0, 0.0),
             to: Vec3::new((k + 1) as f64, 0.0, 0.0),

@@ -64,6 +64,7 @@ impl PlacedLog<'_> {
             rps,
             reference_rps: self.reference_rps,
             tool: f64::from(spot.tool),
+            coolant: f64::from(u8::from(spot.coolant)),
             ..State::default()
         };
         [state.path_speed_mm_s, state.path_acceleration_mm_s2] = self.mean_motion(members);

@@ -54,6 +54,7 @@ mod tests {
             line: 7,
             block: 6,
             tool: 1,
+            coolant: false,
             rps: 100.0,
             from: Vec3::zeros(),
             to: Vec3::new(200.0, 0.0, 0.0),

@@ -9,7 +9,7 @@ use crate::learn::dataset::errors::errors;
 use crate::learn::dataset::highest_feeds::highest_feeds;
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::contest::part_name;
-use crate::learn::diagnose::criteria::{bears_name, is_no_worse, tells_apart};
+use crate::learn::diagnose::criteria::{bears_name, is_lower, is_no_worse, tells_apart};
 use crate::learn::diagnose::diagnosis::Diagnosis;
 use crate::learn::diagnose::forms::remove;
 use crate::learn::diagnose::residual::{noise_floor, patterns};
@@ -239,12 +239,14 @@ fn described(data: &Data, added: Added, effects: &[FittedEffect], e: usize) -> U
         beside: beside.map(|other| other.effect.name.to_owned()),
         rivals: Vec::new(),
         family: family.filter(|_| beside.is_none()).map(|effect| effect.name.to_owned()),
-        sentence: if covariate == Covariate::Tool {
-            sentence_of_tools(what, &knots)
-        } else {
-            let line = |x: f64| data.line_at(x).filter(|_| covariate == Covariate::Time);
-            let place = |x: f64| line(x).map_or_else(String::new, |line| format!(" (line {line})"));
-            sentence(what, covariate.name(), &|x| format!("{}{}", value_with_unit(x, unit), place(x)), &knots)
+        sentence: match covariate {
+            Covariate::Tool => sentence_of_tools(what, &knots),
+            Covariate::Coolant => sentence_of_coolant(what, &knots),
+            _ => {
+                let line = |x: f64| data.line_at(x).filter(|_| covariate == Covariate::Time);
+                let place = |x: f64| line(x).map_or_else(String::new, |line| format!(" (line {line})"));
+                sentence(what, covariate.name(), &|x| format!("{}{}", value_with_unit(x, unit), place(x)), &knots)
+            }
         },
         knots,
         added,
@@ -255,25 +257,28 @@ fn described(data: &Data, added: Added, effects: &[FittedEffect], e: usize) -> U
 fn sentence_of_tools(what: &str, knots: &[[f64; 2]]) -> String {
     let steps = knots.chunks_exact(2).filter(|pair| pair[0][0] == pair[1][0]);
     let from = |pair: &[[f64; 2]]| {
-        let percent = 100.0 * (pair[1][1] / pair[0][1] - 1.0);
-        let way = if percent < 0.0 { "lower" } else { "higher" };
-        format!(
-            "with tool {:.0} {what} is {:.0} % {way} than with the tool before it",
-            pair[0][0].ceil(),
-            percent.abs()
-        )
+        let by = more(pair[1][1], pair[0][1]);
+        format!("with tool {:.0} {what} is {by} than with the tool before it", pair[0][0].ceil())
     };
     let all: Vec<String> = steps.map(from).collect();
     if all.is_empty() { format!("{what} differs from tool to tool") } else { all.join(", ") }
 }
 
+/// A curve over the state of the coolant, off to on, in one sentence.
+fn sentence_of_coolant(what: &str, knots: &[[f64; 2]]) -> String {
+    let [off, on] = [knots.first(), knots.last()].map(|knot| knot.map_or(1.0, |knot| knot[1]));
+    format!("with coolant on {what} is {}", more(on, off))
+}
+
+/// How much a factor is more, or less, than another.
+fn more(factor: f64, than: f64) -> String {
+    let percent = 100.0 * (factor / than - 1.0);
+    format!("{:.0} % {}", percent.abs(), if percent < 0.0 { "lower" } else { "higher" })
+}
+
 /// A curve in one sentence: a step at a value, a level between two values that stands out from both its sides, or the highest against the
 /// lowest.
 fn sentence(what: &str, covariate: &str, at: &dyn Fn(f64) -> String, knots: &[[f64; 2]]) -> String {
-    let more = |factor: f64, than: f64| {
-        let percent = 100.0 * (factor / than - 1.0);
-        format!("{:.0} % {}", percent.abs(), if percent < 0.0 { "lower" } else { "higher" })
-    };
     let is_step = |k: usize| (knots[k + 1][0] - knots[k][0]).abs() < 1e-9 * knots[k][0].abs().max(1.0);
     let stands_out = |outer: f64, inner: f64, other: f64| (inner - outer) * (inner - other) > 0.0;
     match *knots {
@@ -351,6 +356,17 @@ pub(in crate::learn) fn unexplained(
     })
 }
 
+/// What a curve is worth where it hardly lowers the error on the data kept for the judgement.
+fn of_little_use(curve: &Unnamed) -> String {
+    let [before, after] = [curve.added.test_rmse_before, curve.added.test_rmse_after];
+    if !(before > 0.0) || is_lower(before, after) {
+        return String::new();
+    }
+    let percent = 100.0 * (after / before - 1.0);
+    let way = if percent > 0.0 { "higher" } else { "lower" };
+    format!(" and of little use (held-out error {:.1} % {way} with it)", percent.abs())
+}
+
 /// The verdict in one sentence.
 pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
     let on_the_load = |name: &&str| named(name).is_none_or(|effect| effect.acts != Acts::Motion);
@@ -388,9 +404,11 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
         )
     });
     let curves = report.unnamed.iter().map(|u| match (&u.family, &u.beside) {
-        (Some(name), _) => format!("{name} in a form of its own: {}", u.sentence),
-        (None, Some(name)) => format!("in addition to {name}, whose law does not cover it: {}", u.in_words()),
-        (None, None) => format!("without a name: {}", u.in_words()),
+        (Some(name), _) => format!("{name} in a form of its own{}: {}", of_little_use(u), u.sentence),
+        (None, Some(name)) => {
+            format!("in addition to {name}, whose law does not cover it{}: {}", of_little_use(u), u.in_words())
+        }
+        (None, None) => format!("without a name{}: {}", of_little_use(u), u.in_words()),
     });
     let is_curve = report.nameless().next().is_some();
     let left = report.unexplained.as_ref().filter(|_| !is_curve).map(|u| {
@@ -412,6 +430,7 @@ pub(in crate::learn) fn verdict(report: &LearnReport) -> String {
     }
     let adds_nothing = report.effects.is_empty() && report.unnamed.is_empty();
     if !(adds_nothing || is_no_worse(before, after)) {
+        parts[0] = format!("Of the data that were fitted alone: {}", parts[0]);
         parts.push("on the data kept for the judgement the error rose, so no model is derived from it".to_owned());
     }
     parts.join("; ") + "."
@@ -427,6 +446,47 @@ mod tests {
     use crate::learn::diagnose::made_data::{EACH, begun, fifths, made};
     use crate::learn::model::fit::fit;
     use crate::machine::wear::Lengths;
+
+    #[test]
+    fn a_curve_over_the_coolant_says_on_against_off() {
+        assert_eq!(
+            sentence_of_coolant("the tare", &[[1.0, 1.0], [1.0, 1.5]]),
+            "with coolant on the tare is 50 % higher"
+        );
+        assert_eq!(
+            sentence_of_coolant("the load", &[[0.0, 1.0], [1.0, 0.8]]),
+            "with coolant on the load is 20 % lower"
+        );
+    }
+
+    /// A fiftieth is the least that is of use.
+    #[test]
+    fn a_curve_that_hardly_lowers_the_error_is_said_to_be_of_little_use() {
+        let said = |after: f64| {
+            let added = Added {
+                name: "unnamed-load-z".into(),
+                parameters: Vec::new(),
+                p_value: 0.0,
+                test_rmse_before: 100.0,
+                test_rmse_after: after,
+                evidence: String::new(),
+            };
+            of_little_use(&Unnamed {
+                covariate: "position z".into(),
+                unit: "mm".into(),
+                multiplies: "load".into(),
+                beside: None,
+                rivals: Vec::new(),
+                family: None,
+                sentence: String::new(),
+                knots: Vec::new(),
+                added,
+            })
+        };
+        assert_eq!(said(97.9), "");
+        assert_eq!(said(98.1), " and of little use (held-out error 1.9 % lower with it)");
+        assert_eq!(said(103.0), " and of little use (held-out error 3.0 % higher with it)");
+    }
 
     #[test]
     fn the_verdict_says_where_what_remains_is_largest_and_in_what_unit() {

@@ -86,8 +86,11 @@ fn determined_shares(curve: &Curve) -> Vec<f64> {
 /// Can the tare depend on this covariate? A tare that follows depth, immersion, chip thickness or the way since entry
 /// would be load of the cut, booked where no limit of the tool applies to it.
 pub(in crate::learn) fn is_there_without_a_cut(covariate: Covariate) -> bool {
-    use Covariate::{Heading, PathAcceleration, PathSpeed, Slope, SpindleSpeed, Time, Tool, X, Y, Z};
-    matches!(covariate, Time | SpindleSpeed | PathSpeed | PathAcceleration | Tool | Heading | Slope | X | Y | Z)
+    use Covariate::{Coolant, Heading, PathAcceleration, PathSpeed, Slope, SpindleSpeed, Time, Tool, X, Y, Z};
+    matches!(
+        covariate,
+        Time | SpindleSpeed | PathSpeed | PathAcceleration | Tool | Coolant | Heading | Slope | X | Y | Z
+    )
 }
 
 /// Is it a curve without a name rather than an effect of the list?

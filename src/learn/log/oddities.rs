@@ -102,14 +102,18 @@ fn spikes(name: &str, values: &mut [f64], time_s: &[f64]) -> Option<String> {
     let first = found.first().filter(|_| least > 0.0 && found.len() * 100 < known.len())?;
     let beyond: Vec<usize> =
         found.iter().copied().filter(|i| !(low - least..=high + least).contains(&values[*i])).collect();
-    let said = format!(
-        "{name} has {} spikes of a single reading (first {:.4} at {:.2} s), which no cut causes; {} of them, beyond all other readings, \
-         are left out",
-        found.len(),
-        values[*first],
-        time_s[*first],
-        beyond.len()
-    );
+    let first = format!("{:.4} at {:.2} s", values[*first], time_s[*first]);
+    let left_out = match (found.len(), beyond.len()) {
+        (_, 0) => "none is beyond all other readings, so none is left out".to_owned(),
+        (1, _) => "it is beyond all other readings and left out".to_owned(),
+        (_, some) => format!("{some} of them, beyond all other readings, left out"),
+    };
+    let said = match found.len() {
+        1 => format!("{name} has a spike of a single reading ({first}), which no cut causes; {left_out}"),
+        some => {
+            format!("{name} has {some} spikes of a single reading (first {first}), which no cut causes; {left_out}")
+        }
+    };
     for i in beyond {
         values[i] = f64::NAN;
     }

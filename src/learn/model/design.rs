@@ -12,6 +12,7 @@ use crate::learn::program::runout_grid::RunoutGrid;
 use crate::learn::program::variant::Variant;
 use crate::learn::report::Added;
 use crate::machine::material::{EffectUse, Process};
+use crate::path::Vec3;
 use std::f64::consts::TAU;
 
 /// Most Newton steps to find the load of a reading; about five suffice.
@@ -108,6 +109,7 @@ pub fn combined(acting: &[&Acting]) -> Change {
         sum.stock_side_mm += one.stock_side_mm;
         sum.stock_faces_mm.iter_mut().zip(one.stock_faces_mm).for_each(|(sum, face)| *sum += face);
         sum.stock_turn_rad += one.stock_turn_rad;
+        sum.stock_slope.iter_mut().zip(one.stock_slope).for_each(|(sum, slope)| *sum += slope);
         sum.diameter_mm += one.diameter_mm;
         sum.acceleration *= one.acceleration;
         if one.excess.at_full != 0.0 {
@@ -127,7 +129,7 @@ pub fn changed_columns(data: &Data, acting: &[&Acting]) -> Vec<Vec<f64>> {
     let mut columns = data.columns.clone();
     for (b, column) in columns.iter_mut().enumerate() {
         for (size, more) in variant_sizes(data, &whole) {
-            column.iter_mut().zip(&more[b]).for_each(|(x, m)| *x += size * m);
+            size.add(1.0, &more[b], column);
         }
         multiply_by_factors(column, data.base[b].class, acting, ratio.as_ref());
         if let Some(f) = &filter {
@@ -171,7 +173,7 @@ pub fn parts(data: &Data, acting: &[&Acting], base: &[f64]) -> [Vec<f64>; 3] {
         for (b, beta) in base.iter().enumerate().filter(|(b, _)| data.base[*b].class == class) {
             part.iter_mut().zip(&data.columns[b]).for_each(|(p, x)| *p += beta * x);
             for (size, more) in &sizes {
-                part.iter_mut().zip(&more[b]).for_each(|(p, m)| *p += beta * size * m);
+                size.add(*beta, &more[b], &mut part);
             }
         }
         part
@@ -238,16 +240,43 @@ fn multiply_by_factors(column: &mut [f64], class: Class, acting: &[&Acting], rat
     }
 }
 
+/// How much of a variant is in a change.
+enum Share {
+    /// The same in all samples.
+    Of(f64),
+    /// By sample.
+    OfEach(Vec<f64>),
+}
+
+impl Share {
+    /// Adds `factor` times so much of these values to `sum`.
+    fn add(&self, factor: f64, values: &[f64], sum: &mut [f64]) {
+        let of = sum.iter_mut().zip(values);
+        match self {
+            Share::Of(share) => of.for_each(|(s, value)| *s += factor * share * value),
+            Share::OfEach(shares) => of.zip(shares).for_each(|((s, value), share)| *s += factor * share * value),
+        }
+    }
+}
+
 /// Variants that the change asks for, with how much of them.
-fn variant_sizes<'a>(data: &'a Data, change: &Change) -> Vec<(f64, &'a Vec<Vec<f64>>)> {
+fn variant_sizes<'a>(data: &'a Data, change: &Change) -> Vec<(Share, &'a Vec<Vec<f64>>)> {
+    // Stock from a file has no sides to move and no extent that is known here: nothing would bound its slope in another program.
+    let has_extent = data.variants.iter().any(|v| v.variant == Variant::StockSide);
+    let slopes = has_extent && change.stock_slope != [0.0; 2];
     let asked = |v: &'a VariantColumns| {
-        Some((variant_size(v.variant, change, &data.runouts), v)).filter(|(size, _)| *size != 0.0)
-    };
-    let share = |(size, v): (f64, &'a VariantColumns)| {
         let simulated = data.variants.iter().filter(|other| other.variant == v.variant).map(|other| other.size);
-        (share_of(size, v.size, simulated), &v.columns)
+        if slopes && v.variant == Variant::StockTop {
+            let top =
+                |at: Vec3| if at.x.is_finite() { change.stock_top_at_mm(at.x, at.y) } else { change.stock_top_mm };
+            let each = data.state.iter().map(|state| share_of(top(state.position), v.size, simulated.clone()));
+            return Some((Share::OfEach(each.collect()), &v.columns));
+        }
+        let size = Some(variant_size(v.variant, change, &data.runouts)).filter(|size| *size != 0.0)?;
+        let share = Some(share_of(size, v.size, simulated)).filter(|share| *share != 0.0)?;
+        Some((Share::Of(share), &v.columns))
     };
-    data.variants.iter().filter_map(asked).map(share).filter(|(share, _)| *share != 0.0).collect()
+    data.variants.iter().filter_map(asked).collect()
 }
 
 /// How much of the variant simulated at the size `own` is in a change by `size`: between zero and the sizes of its sign that were
@@ -447,6 +476,35 @@ mod tests {
         assert_eq!([shares(-0.2), shares(-2.0)], [[0.0, 0.0, -0.2], [0.0, 0.0, -2.0]]);
         // Inward was not simulated: the negative of outward.
         assert_eq!(share_of(-0.3, 0.5, [0.5].into_iter()), -0.3);
+    }
+
+    #[test]
+    fn a_top_with_a_slope_is_higher_by_place_where_the_stock_has_sides() {
+        let each = FittedEffect {
+            effect: named("stock-proud").unwrap(),
+            values: vec![0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -2.0],
+            free: vec![true; 9],
+        };
+        let at = |x: f64, y: f64| State { position: Vec3::new(x, y, 0.0), ..State::default() };
+        let columns = |value: f64| vec![vec![value; 3]];
+        let variant = |variant, size| VariantColumns { variant, size, columns: columns(7.0) };
+        let data = Data {
+            columns: columns(1.0),
+            state: vec![at(0.0, 0.0), at(30.0, 0.0), at(0.0, 10.0)],
+            variants: vec![
+                variant(Variant::StockTop, 0.5),
+                variant(Variant::StockTop, -0.5),
+                variant(Variant::StockSide, 0.5),
+            ],
+            ..Data { base: stepped(1.0).base, ..Data::default() }
+        };
+        let found = |data: &Data| changed_columns(data, &[&acting(&each, data)])[0].clone();
+        // 7 per mm, of 0.1, 0.1 + 0.3 and 0.1 − 0.2 mm.
+        for (value, expected) in found(&data).iter().zip([1.7, 3.8, 0.3]) {
+            assert!((value - expected).abs() < 1e-12, "{value} for {expected}");
+        }
+        let of_a_file = Data { variants: data.variants[..2].to_vec(), ..data };
+        assert!(found(&of_a_file).iter().all(|value| (value - 1.7).abs() < 1e-12));
     }
 
     #[test]

@@ -62,8 +62,8 @@ mod tests {
     #[test]
     fn declared_forms_are_fitted_as_declared_and_the_others_in_every_set() {
         let proud = named("stock-proud").unwrap();
-        let all = forms(proud, &[0.0; 7]);
-        let free: Vec<Vec<usize>> = all.iter().map(|each| (0..7).filter(|k| each.free[*k]).collect()).collect();
+        let all = forms(proud, &[0.0; 9]);
+        let free: Vec<Vec<usize>> = all.iter().map(|each| (0..9).filter(|k| each.free[*k]).collect()).collect();
         assert!(free.contains(&vec![2]) && free.contains(&vec![2, 3, 4, 5]) && !free.contains(&vec![2, 3]));
         let drive = named("drive-efficiency").unwrap();
         let read_off = forms(drive, &[0.05, 1.2, 400.0, 0.0]);

@@ -59,6 +59,8 @@ pub struct Spot {
     pub tool: u32,
     /// Spindle speed, rev/s.
     pub rps: f64,
+    /// Coolant or mist is on.
+    pub coolant: bool,
     /// First point, mm.
     pub from: Vec3,
     /// Last point, mm.
@@ -238,6 +240,7 @@ impl Build<'_> {
             block: line.saturating_sub(1),
             tool: self.tool.unwrap_or(0),
             rps: self.spin.rps,
+            coolant: self.spots.last().is_some_and(|spot| spot.coolant),
             from: at,
             to: at,
             direction: Vec3::zeros(),
@@ -273,6 +276,7 @@ impl Build<'_> {
                 block: motion.block.0,
                 tool: motion.tool,
                 rps: motion.spin.rps,
+                coolant: motion.coolant,
                 from: curve.from(),
                 to: curve.to(),
                 direction: curve.tangent(half),

@@ -308,7 +308,7 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// The state of a move made now, shared with the last move of its kind unless something changed.
     fn state(&mut self, kind: MoveKind, feed: Feed) -> Arc<State> {
-        let Modal { tool, wcs, path_mode, .. } = self.modal;
+        let Modal { tool, wcs, path_mode, coolant, .. } = self.modal;
         let now = State {
             feed,
             spin: self.modal.spin(),
@@ -318,6 +318,7 @@ impl<F: Family> Interpreter<'_, F> {
             shared: None,
             compensated: self.compensation.on,
             cycle: self.cycles.in_hole,
+            coolant,
         };
         let last = &mut self.states[usize::from(kind == MoveKind::Feed)];
         match last {

@@ -264,6 +264,7 @@ impl<F: Family> Interpreter<'_, F> {
                 }
                 self.modal.turning = turning;
             }
+            self.modal.coolant = self.coolant_by(code).unwrap_or(self.modal.coolant);
             match code {
                 610 => self.modal.tool = words.get(b'Q').map_or(self.modal.tool, |q| q.max(0.0) as u32),
                 60 => {
@@ -292,6 +293,17 @@ impl<F: Family> Interpreter<'_, F> {
             50 | 190 => Some(0),
             130 if self.dialect().m13_starts_spindle => Some(1),
             140 if self.dialect().m13_starts_spindle => Some(-1),
+            _ => None,
+        }
+    }
+
+    /// Is coolant or mist on after an M code? M7 and M8 switch it on, M9 off (ISO 6983-1), M13 and M14 where they start the spindle; `None`: as
+    /// before.
+    fn coolant_by(&self, code: u16) -> Option<bool> {
+        match code {
+            70 | 80 => Some(true),
+            90 => Some(false),
+            130 | 140 if self.dialect().m13_starts_spindle => Some(true),
             _ => None,
         }
     }

@@ -111,6 +111,8 @@ pub struct Modal {
     pub speed_rps: f64,
     /// +1 clockwise, −1 counter-clockwise, 0 stopped.
     pub turning: i8,
+    /// Coolant or mist is on.
+    pub coolant: bool,
     /// Tool in the spindle.
     pub tool: u32,
     /// Tool made ready by T.
@@ -140,6 +142,7 @@ impl Default for Modal {
             feed: FeedWord { value: 0.0, word: None, computed: false },
             speed_rps: 0.0,
             turning: 0,
+            coolant: false,
             tool: 0,
             next_tool: 0,
             wcs: 54,
