@@ -210,6 +210,65 @@ fn a_fin_thinner_than_a_cell_is_met_over_its_whole_height() {
     assert!(met > 0);
 }
 
+/// A cutter whose tip is below the stock cuts all of the stock and nothing below it: slots and side cuts through a plate of 8 mm, beside a thicker
+/// one, and a ramp that leaves it.
+#[test]
+fn a_cut_through_the_stock_is_met_from_its_bottom_up() {
+    let plate = || block([0.0, -20.0, -8.0], [40.0, 20.0, 0.0]);
+    let thicker = || block([0.0, 20.0, -12.0], [40.0, 60.0, 0.0]);
+    // Where the curved part is below the stock, ball and bull are as wide as the flat one.
+    for (tool, below) in [(flat(10.0), 0.0), (ball(10.0), 5.0), (bull(10.0, 2.0), 2.0)] {
+        for tip in [0.001, 0.2, 0.3, 0.5, 3.0, 8.0].map(|more| -8.0 - below - more) {
+            for (centre, width) in [(0.0, 10.0), (-24.0, 1.0)] {
+                let mut path = Path::from([-10.0, centre, tip]);
+                path.line([50.0, centre, tip]);
+                for stocks in [vec![plate()], vec![plate(), thicker()]] {
+                    let map = run(&path, &job(vec![tool.clone()], stocks), 0.1, 1.0);
+                    let whole = 40.0 * 8.0 * width;
+                    assert!(
+                        (volume_of(&map, 0) / whole - 1.0).abs() < 3e-3,
+                        "{tip}: {} for {whole}",
+                        volume_of(&map, 0)
+                    );
+                    let middle = stations(&map, 0).iter().find(|s| s.to_mm > 30.0).unwrap();
+                    assert!((f64::from(middle.axial_depth_mm) + tip).abs() < 0.01, "{tip}: {}", middle.axial_depth_mm);
+                }
+            }
+        }
+    }
+    // Astride the two plates: one half of the slot 8 mm deep, the other to 12 mm.
+    let mut path = Path::from([-10.0, 20.0, -13.0]);
+    path.line([50.0, 20.0, -13.0]);
+    let map = run(&path, &job(vec![flat(10.0)], vec![plate(), thicker()]), 0.1, 1.0);
+    let whole = 40.0 * 5.0 * (8.0 + 12.0);
+    assert!((volume_of(&map, 0) / whole - 1.0).abs() < 3e-3, "{} for {whole}", volume_of(&map, 0));
+    // Down through the plate: from 4 mm above its lower face to 4 mm below.
+    let mut path = Path::from([0.0, 0.0, -4.0]);
+    path.line([40.0, 0.0, -12.0]);
+    let map = run(&path, &job(vec![flat(10.0)], vec![block([-20.0, -20.0, -8.0], [60.0, 20.0, 0.0])]), 0.1, 1.0);
+    let whole = removed_by_ramp(4.0, 12.0, 8.0);
+    assert!((map.removed_mm3 / whole - 1.0).abs() < 0.01, "{} for {whole}", map.removed_mm3);
+    // The mill stands in the plate to begin with.
+    let begun = PI * 25.0 * 4.0;
+    assert!((volume_of(&map, 0) / (whole - begun) - 1.0).abs() < 0.02, "{} for {}", volume_of(&map, 0), whole - begun);
+}
+
+/// Volume that a flat mill of 10 mm removes of a plate on a line 40 mm long on which its tip goes down from one depth to another, mm³: over the
+/// places of the plate the greatest depth of the tip while the mill is above them, but no more than the plate.
+fn removed_by_ramp(from: f64, to: f64, plate: f64) -> f64 {
+    let cell = 0.05;
+    let depth = |x: f64, y: f64| {
+        let half = (25.0 - y * y).max(0.0).sqrt();
+        let last = (x + half).min(40.0);
+        if last < (x - half).max(0.0) { 0.0 } else { (from + (to - from) * last / 40.0).min(plate) }
+    };
+    let places = |n: usize, first: f64| (0..n).map(move |k| first + (k as f64 + 0.5) * cell);
+    places(1000, -5.0)
+        .flat_map(|x| places(200, -5.0).map(move |y| (x, y)))
+        .map(|(x, y)| depth(x, y) * cell * cell)
+        .sum()
+}
+
 /// A wall that is roughed and finished at one depth and then at the next, 0.26 mm apart with cells of 0.4 mm: the second finishing cut takes what it
 /// takes at its own depth, wherever the wall lies among the cells.
 #[test]

@@ -113,6 +113,23 @@ fn the_last_pass_leaves_the_finished_surface() {
     assert!(!left(0) && left(2));
 }
 
+/// Cut through a plate of 5 mm: the pass along a wall leaves that, one from which everything about it is gone later leaves nothing.
+#[test]
+fn a_pass_through_the_stock_leaves_the_wall_beside_it() {
+    let plate = || job(vec![flat(10.0)], vec![block([0.0, -20.0, -5.0], [40.0, 20.0, 0.0])]);
+    let left = |map: &EngagementMap, index: u32| stations(map, index).iter().any(|station| station.flags.final_surface);
+    let mut path = Path::from([-20.0, 0.0, -5.5]);
+    path.line([60.0, 0.0, -5.5]);
+    assert!(left(&run(&path, &plate(), 0.2, 1.0), 0));
+    // Cuts off all that is on one side, then what is left on the other.
+    let mut path = Path::from([-20.0, -16.0, -5.5]);
+    for y in [-16.0, -8.0, 0.0, 8.0, 16.0] {
+        path.line([-20.0, y, -5.5]).line([60.0, y, -5.5]).line([60.0, y, 5.0]).line([-20.0, y, 5.0]);
+    }
+    let map = run(&path, &plate(), 0.2, 1.0);
+    assert!((0..20).all(|index| !left(&map, index)));
+}
+
 #[test]
 fn two_parts_on_two_offsets_are_cut_each_in_its_place() {
     let mut job = job(

@@ -1,7 +1,8 @@
 //! The rings of a cylindrical side. In: parts of its rings, split at levels, and the directions in which there may be material. Out: arcs and
 //! their removal area.
 //!
-//! All rings have one radius, so engagement can only shrink with height, and equal arcs at both ends of a stack mean equal arcs all between.
+//! All rings have one radius, so engagement can only shrink with height from the bottom of a blank up, and equal arcs at both ends of a stack
+//! mean equal arcs all between. Below its bottom a blank has no material: stacks end at the bottoms of blanks.
 //! Where engagement changes much without a level (a floor on a slope, a groove), rings are halved until it changes evenly; where it ends,
 //! until the height of the end is known.
 
@@ -24,6 +25,7 @@ const LEVEL_MM: f64 = 1e-6;
 const EQUAL_KEYS: f64 = 5e-6;
 
 /// A ring of a cylinder with what was found at its middle.
+#[derive(Clone)]
 pub(super) struct Side {
     ring: SubRing,
     angles: Shared,
@@ -61,9 +63,14 @@ impl Work<'_> {
     /// over each part. The engagement at the lower end of the lowest ring and at the upper end of the highest is worked out, because no
     /// neighbour gives it.
     pub(super) fn refine(&self, found: Vec<Side>, windows: &Shared) -> Vec<Side> {
-        if !self.sloped || found.is_empty() {
+        if !self.sloped {
             return found;
         }
+        let stacks = found.chunk_by(|a, b| self.in_one_stack(&a.ring, &b.ring));
+        stacks.flat_map(|stack| self.refine_stack(stack.to_vec(), windows)).collect()
+    }
+
+    fn refine_stack(&self, found: Vec<Side>, windows: &Shared) -> Vec<Side> {
         let last = found.len() - 1;
         let bottom = self.at_border(&found[0].ring, 0.0, windows);
         let top = self.at_border(&found[last].ring, 1.0, &found[last].angles);
@@ -119,11 +126,22 @@ impl Work<'_> {
         self.halve(&upper, [&middle, to], depth - 1, out);
     }
 
-    /// Arcs of consecutive rings with one radius. They only shrink with height: equal arcs at both ends mean equal arcs between, and the
+    /// Arcs of consecutive rings with one radius.
+    fn stacks(&self, rings: &[SubRing], windows: &[Interval]) -> Vec<Side> {
+        let stacks = rings.chunk_by(|a, b| self.in_one_stack(a, b));
+        stacks.flat_map(|stack| self.stack(stack, windows)).collect()
+    }
+
+    /// Does no bottom of a blank lie between two rings?
+    fn in_one_stack(&self, a: &SubRing, b: &SubRing) -> bool {
+        let begun_at = |z: f64| self.scene.blanks.iter().filter(|blank| blank.bottom_mm() < z).count();
+        begun_at(a.z) == begun_at(b.z)
+    }
+
+    /// Arcs of the rings of one stack, at least one. They only shrink with height: equal arcs at both ends mean equal arcs between, and the
     /// arcs of a ring are searched for only within those of a ring below.
     fn stack(&self, rings: &[SubRing], windows: &[Interval]) -> Vec<Side> {
-        let Some(lowest) = rings.first() else { return Vec::new() };
-        let lower: Shared = self.ring(lowest, windows).into();
+        let lower: Shared = self.ring(&rings[0], windows).into();
         let mut sides: Vec<Side> = rings.iter().map(|ring| Side { ring: *ring, angles: lower.clone() }).collect();
         let last = rings.len() - 1;
         if last > 0 && !lower.is_empty() {
@@ -136,9 +154,9 @@ impl Work<'_> {
     /// Arcs of these rings of a band, and of all rings above where the topmost is still engaged: material thinner than a cell may stand
     /// higher than the cells around it.
     pub(super) fn stack_up(&self, band: &Band, rings: &[SubRing], windows: &[Interval]) -> Vec<Side> {
-        let sides = self.stack(rings, windows);
+        let sides = self.stacks(rings, windows);
         match sides.last() {
-            Some(top) if !top.angles.is_empty() => self.stack(&self.sub_rings(band, f64::INFINITY), windows),
+            Some(top) if !top.angles.is_empty() => self.stacks(&self.sub_rings(band, f64::INFINITY), windows),
             _ => sides,
         }
     }

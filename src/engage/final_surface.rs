@@ -22,8 +22,9 @@ fn stations_of(map: &EngagementMap, elements: &[Element], tile: &Tile) -> Vec<u3
         let y = tile.first[1] + j as f64 * tile.cell[1];
         for i in tile.core[0][0]..tile.core[0][1] {
             let k = j * tile.size[0] + i;
-            // A cell cut through to the bottom leaves no surface.
-            if tile.ids[k] == UNTOUCHED || tile.heights[k] <= tile.floor {
+            // A cell cut through to the bottom leaves a wall where one beside it stands, and no surface elsewhere.
+            let is_through = |k: usize| tile.heights[k] <= tile.floor;
+            if tile.ids[k] == UNTOUCHED || (is_through(k) && beside(tile, [i, j]).all(is_through)) {
                 continue;
             }
             let element = &elements[tile.ids[k] as usize];
@@ -38,6 +39,13 @@ fn stations_of(map: &EngagementMap, elements: &[Element], tile: &Tile) -> Vec<u3
         }
     }
     found
+}
+
+/// The cells beside a cell of a tile.
+fn beside(tile: &Tile, [i, j]: [usize; 2]) -> impl Iterator<Item = usize> {
+    let about = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
+    let [nx, ny] = tile.size;
+    about(j, ny).flat_map(move |j| about(i, nx).map(move |i| j * nx + i))
 }
 
 /// The station of an element's move at a distance along it.

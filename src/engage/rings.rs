@@ -38,7 +38,7 @@ const RUB_ABOVE_MM: f64 = 0.05;
 
 /// One position of the cutter.
 pub(super) struct Work<'a> {
-    scene: &'a Scene<'a>,
+    pub(super) scene: &'a Scene<'a>,
     sample: &'a Sample,
     pub(super) cutter: &'a Cutter,
     covers: &'a [Cover<'a>],
@@ -368,10 +368,11 @@ enum Limit {
     Beyond(SubRing, Angles),
 }
 
-/// Heights at which engagement may change abruptly: flat tops of blanks, level floors left by candidates.
+/// Heights at which engagement may change abruptly: flat tops and bottoms of blanks, level floors left by candidates.
 fn levels(scene: &Scene, sample: &Sample, cutter: &Cutter, covers: &[Cover]) -> Vec<f64> {
     let mut levels = Vec::new();
     for blank in scene.blanks {
+        levels.push(blank.bottom_mm());
         match blank {
             Blank::Box(extent) => levels.push(extent.max.z),
             Blank::Cylinder { z, .. } => levels.push(z[1]),

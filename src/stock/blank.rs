@@ -144,6 +144,10 @@ impl Blank {
             Blank::Heights(relief) => relief.extent,
         }
     }
+    /// Height of its lower face, mm.
+    pub fn bottom_mm(&self) -> f64 {
+        self.extent().min.z
+    }
     /// The same blank elsewhere.
     pub fn moved(self, by: Vec3) -> Self {
         if by == Vec3::zeros() {

@@ -359,7 +359,7 @@ pub(in crate::learn) fn unexplained(
 /// What a curve is worth where it hardly lowers the error on the data kept for the judgement.
 fn of_little_use(curve: &Unnamed) -> String {
     let [before, after] = [curve.added.test_rmse_before, curve.added.test_rmse_after];
-    if !(before > 0.0) || is_lower(before, after) {
+    if before.is_nan() || is_lower(before, after) {
         return String::new();
     }
     let percent = 100.0 * (after / before - 1.0);
