@@ -20,7 +20,7 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 56] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 62] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
     ("stop by a variable", "#3006=1 (TURN PART)", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
@@ -54,6 +54,12 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 56] = [
         Doubt::UnknownValue,
     ),
     ("origin set", "G10 L2 P1 X5. Y0 Z0", Dialect::Fanuc, Doubt::ZeroShift),
+    ("additional offset set, then used", "G10 L20 P1 X5. Y0. Z-3.\nG54.1 P1", Dialect::Fanuc, Doubt::ZeroShift),
+    ("the same of a Haas", "G10 L20 P1 X5. Y0. Z-3.\nG154 P1", Dialect::Haas, Doubt::ZeroShift),
+    ("external offset by its old variable", "#2700=-3.", Dialect::Fanuc, Doubt::ZeroShift),
+    ("origin by its old variable", "#2500=-3.", Dialect::Fanuc, Doubt::ZeroShift),
+    ("length in offset memory A", "G43 H1\nG10 P1 R-3.", Dialect::Fanuc, Doubt::ToolLength),
+    ("compensation of unknown meaning", "G41 D1 X0. Y10.\nG40 X10. Y10.", Dialect::Fanuc, Doubt::Compensation),
     ("zero where nobody knows", "G28\nG92 X0 Y0 Z0", Dialect::Fanuc, Doubt::ZeroShift),
     ("zero from an unknown height", "G91 G28 Z0\nG90\nG10 L20 P1 Z50.", Dialect::LinuxCnc, Doubt::ZeroShift),
     ("touch plate", "G38.2 Z-10. F50.\nG92 Z1.6\nG0 Z5.", Dialect::Grbl, Doubt::Probe),
@@ -146,6 +152,55 @@ fn an_event_anywhere_leaves_nothing_behind_it_free() {
             }
         }
     }
+}
+
+/// Radii that only the control knows, contours that it would refuse, and steps from an unknown place, in programs of their own.
+#[test]
+fn where_the_tool_is_beside_a_contour_or_begins_is_known_or_in_doubt() {
+    let control = Environment {
+        compensation: Some(feedwright::machine::Compensation::Control),
+        diameters_mm: vec![(1, 10.0)],
+        ..bare()
+    };
+    let contour = |head: &str, d: &str| {
+        format!(
+            "%\nO1\nG21 G90 G17\n{head}T1 M6\nS8000 M3\nG0 X-20. Y-20. Z-2.\nG1 G42 {d} X0. Y0. F600.\nX40.\nG40 X60. Y-20.\n\
+             G42 D1 X40. Y0.\nX0.\nG40 X-20. Y-20.\nM30\n%\n"
+        )
+    };
+    let doubts = |text: &str, dialect| -> Vec<Doubt> {
+        read(text, dialect, &control).doubts.iter().map(|doubted| doubted.doubt).collect()
+    };
+    assert_eq!(doubts(&contour("", "D1"), Dialect::Fanuc), []);
+    // Another radius than that of the first pass, or it would be the same number.
+    assert_eq!(doubts(&contour("", "D11").replace("D1 ", "D12 "), Dialect::Fanuc), [Doubt::Compensation]);
+    assert_eq!(doubts(&contour("", "D11").replace("D1 ", "D11 "), Dialect::Fanuc), []);
+    assert_eq!(doubts(&contour("G10 L12 P1 R5.5\n", "D1"), Dialect::Fanuc), [Doubt::Compensation]);
+    assert_eq!(doubts(&contour("G10 L12 P1 R5.\n", "D1"), Dialect::Fanuc), []);
+    assert_eq!(doubts(&contour("G10 L1 P1 R6.5\n", "D1"), Dialect::LinuxCnc), [Doubt::Compensation]);
+    // An arc inside of which the tool has no room.
+    let refused = contour("", "D1").replace("G42 D1 X40. Y0.\n", "G42 D1 X40. Y0.\nG2 X36. Y-4. I-4.\n");
+    assert!(doubts(&refused, Dialect::Fanuc).contains(&Doubt::Compensation));
+    let steps = "%\nO1\nG21 G91 G17\nT1 M6\nS8000 M3\nG0 X-10. Y20. Z5.\nG0 Z-9.\nG1 X30. F900.\nM30\n%\n";
+    assert_eq!(doubts(steps, Dialect::Fanuc), [Doubt::ZeroShift]);
+    let from = |start_mm| read(steps, Dialect::Fanuc, &Environment { start_mm, ..bare() }).doubts.len();
+    assert_eq!([from(None), from(Some(Vec3::zeros()))], [1, 0]);
+    assert_eq!(doubts(&steps.replace("G91 G17", "G91 G28 Z0\nG90"), Dialect::Fanuc), []);
+}
+
+/// A jump to a block of steps makes all of them, so such a block is not cut in pieces where something could jump to it.
+#[test]
+fn a_block_of_steps_that_can_be_jumped_to_stays_whole() {
+    let whole = |block: &str, dialect| {
+        let text = format!("G21 G90\nG0 X0 Y0 Z0\n{block} F600\nM30\n");
+        let path = read(&text, dialect, &Environment { start_mm: Some(Vec3::zeros()), ..bare() });
+        !path.moves.iter().find(|motion| motion.kind == MoveKind::Feed).unwrap().splittable
+    };
+    assert!(whole("N10 G91 G1 X80", Dialect::Fanuc) && whole("N10 G1 X=IC(80)", Dialect::Siemens));
+    assert!(!whole("N10 G1 X80", Dialect::Fanuc) && !whole("G91 G1 X80", Dialect::Fanuc));
+    assert!(!whole("N10 G91 G1 X80", Dialect::LinuxCnc));
+    // The length comes in with the first piece.
+    assert!(whole("G43 H1 G1 X80", Dialect::Fanuc));
 }
 
 #[test]

@@ -178,10 +178,34 @@ fn feeds_that_must_stay_and_the_manner_of_the_control_are_held() {
         ("F500.5", true),
         ("F500.25", false),
         ("F0.04", true),
+        ("F0.009", false),
         ("F0.000004", false),
     ] {
         assert_eq!(holds(Dialect::Fanuc, rotary, &with(feed)), good, "{feed}");
     }
+}
+
+/// What each control does with a line is more than its motion: a comment that it acts on only as the last one, a number that something jumps to
+/// and comes back to, a feed behind another word, a length or a radius that comes in within the first piece.
+#[test]
+fn what_a_control_does_besides_moving_is_held() {
+    let holds = |dialect, original: &str, changed: &str| {
+        let read = |text: &str| parse(text.as_bytes(), dialect);
+        verify(&read(original), &read(changed), &surroundings()).holds()
+    };
+    let said = "G21 G90\nT1 M6\nS3000 M3\nG0 X0 Y0 Z5\nG1 X5 F800\nX50 F800 (MSG, CHECK CLAMP)\nM2\n";
+    let with = |block: &str| said.replace("X50 F800 (MSG, CHECK CLAMP)", block);
+    assert!(holds(Dialect::LinuxCnc, said, &with("X50 F900 (FW F900 was 800) (MSG, CHECK CLAMP)")));
+    assert!(!holds(Dialect::LinuxCnc, said, &with("X50 F900 (MSG, CHECK CLAMP) (FW F900 was 800)")));
+    let steps = "%\nO1\nG21 G90\nT1 M6\nS3000 M3\nG0 X0. Y0. Z5.\nG91\nN10 G1 X50. F800.\nG90 G1 X90.\nM99 P10\n%\n";
+    let cut = |number: &str| steps.replace("N10 G1 X50. F800.", &format!("G1 X20. F800.\n{number}G1 X30. F900."));
+    assert!(!holds(Dialect::Fanuc, steps, &cut("N10 ")));
+    let numberless = |text: &str| text.replace("N10 ", "").replace("M99 P10", "M30");
+    assert!(holds(Dialect::Fanuc, &numberless(steps), &numberless(&cut(""))));
+    let asked = "%\nO1\nG21 G90\nT1 M6\nS3000 M3\nG0 X0. Y0. Z5.\nG1 X5. F800.\nN50 (FW F800.)\nG1 X90.\nM30\n%\n";
+    assert!(!holds(Dialect::Fanuc, asked, &asked.replace("N50 (FW F800.)\n", "")));
+    let retract = "BEGIN PGM A MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 Z+5 FMAX M3\nL X+9 F400\nL X+90 M140 MB 30 F750\nEND PGM A MM\n";
+    assert!(!holds(Dialect::Heidenhain, retract, &retract.replace("F750", "F850")));
 }
 
 /// What some editors put before a text is the first thing a control reads: it stays there, whatever is written in front of the code.

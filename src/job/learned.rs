@@ -36,16 +36,24 @@ pub fn at_their_largest(job: &mut Job) -> Vec<Assumption> {
         job.process.effects.drain(..).partition(|used| largest_factor(used).is_some());
     job.process.effects = effects;
     let factors = || held.iter().filter_map(largest_factor);
-    let factor: f64 = factors().product();
-    if factor > 1.0 {
-        // A curve without knots is one factor.
-        let parameters = vec![("factor_1".to_owned(), factor)];
-        job.process.effects.push(EffectUse { name: ON_EVERY_CUT.into(), parameters });
+    for (is_tare, name) in [(false, ON_EVERY_CUT), (true, ALWAYS)] {
+        let own = held.iter().filter(|used| multiplies_tare(used) == is_tare);
+        let factor: f64 = own.filter_map(largest_factor).product();
+        if factor > 1.0 {
+            // A curve without knots is one factor.
+            let parameters = vec![("factor_1".to_owned(), factor)];
+            job.process.effects.push(EffectUse { name: name.into(), parameters });
+        }
     }
     let say = |(used, factor): (&EffectUse, f64)| Assumption {
         key: format!("process.{}", used.name),
         value: format!(
-            "every cut is taken at the largest load it showed, +{:.0} %, {}",
+            "{}, +{:.0} %, {}",
+            if multiplies_tare(used) {
+                "the tare is taken at the largest that it showed"
+            } else {
+                "every cut is taken at the largest load it showed"
+            },
             100.0 * (factor - 1.0),
             until(used)
         ),
@@ -99,9 +107,17 @@ fn largest_factor(used: &EffectUse) -> Option<f64> {
         return Some(1.0 + excess.at_full);
     }
     let (covariate, effect) = CURVES.iter().find(|(_, effect)| effect.name == used.name)?;
-    let is_unforeseen = matches!(covariate, Covariate::Time | Covariate::PathSpeed);
+    let is_unforeseen = match covariate {
+        Covariate::Time => effect.multiplies != Multiplies::Reading,
+        Covariate::PathSpeed => effect.multiplies == Multiplies::Load,
+        _ => false,
+    };
     let factors = used.parameters.iter().filter(|(name, _)| name.starts_with("factor")).map(|(_, value)| *value);
-    (is_unforeseen && effect.multiplies == Multiplies::Load).then(|| factors.fold(1.0, f64::max))
+    is_unforeseen.then(|| factors.fold(1.0, f64::max))
+}
+
+fn multiplies_tare(used: &EffectUse) -> bool {
+    named(&used.name).is_some_and(|effect| effect.multiplies == Multiplies::Tare)
 }
 
 fn until(used: &EffectUse) -> &'static str {
@@ -113,6 +129,8 @@ fn until(used: &EffectUse) -> &'static str {
 
 /// The curve that carries one factor on every cut: its covariate is known everywhere.
 const ON_EVERY_CUT: &str = "unnamed-load-spindle-speed";
+/// The same of the tare.
+const ALWAYS: &str = "unnamed-tare-spindle-speed";
 
 /// The job as the learned effects say.
 pub fn apply(job: &mut Job) -> Vec<Assumption> {
@@ -301,6 +319,19 @@ mod tests {
         let declared = slow.machine.axes[0].acceleration_mm_s2;
         apply(&mut slow);
         assert_eq!(slow.machine.axes[0].acceleration_mm_s2, 0.25 * declared);
+    }
+
+    #[test]
+    fn a_tare_over_the_time_of_a_log_counts_at_its_largest() {
+        let mut job =
+            job("unnamed-tare-time", &[("at_1", 10.0), ("at_2", 90.0), ("factor_1", 1.0), ("factor_2", 1.29)]);
+        let said = at_their_largest(&mut job);
+        assert!(said[0].value.contains("the tare") && said[0].value.contains("+29 %"), "{said:?}");
+        assert_eq!(apply(&mut job), []);
+        let [used] = &job.process.effects[..] else { panic!("one effect: {:?}", job.process.effects) };
+        let effect = named(&used.name).expect("of the list");
+        let change = change_at(effect, used, &State { rps: 50.0, ..State::default() });
+        assert_eq!([change.tare, change.cutting], [1.29, 1.0]);
     }
 
     #[test]

@@ -143,6 +143,10 @@ pub(crate) struct Properties {
     pub(crate) always_offsets: bool,
     /// D beside G41 names a tool; else an edge or an offset of the tool in the spindle.
     pub(crate) d_names_tool: bool,
+    /// Blocks are jumped to by their N numbers, or by labels that stand in them.
+    pub(crate) jumps_to_numbers: bool,
+    /// G10 L20 sets the zero at the tool; false: it writes an additional work offset; `None`: which is not known.
+    pub(crate) origin_at_tool: Option<bool>,
     /// The entry of radius compensation ends square to the element after it; else to its own end.
     pub(crate) entry_square_to_next: bool,
 }
@@ -218,6 +222,8 @@ const GENERIC: Properties = Properties {
     g8_is_for_lathes: false,
     always_offsets: false,
     d_names_tool: true,
+    origin_at_tool: None,
+    jumps_to_numbers: true,
     entry_square_to_next: false,
 };
 
@@ -235,6 +241,8 @@ const FANUC: Properties = Properties {
     cycles_keep_levels: true,
     cycles_out_at_feed: false,
     scales_in_thousandths: true,
+    // Fanuc B-64304EN, G10 L20 Pn: G54.1 Pn; Haas Mill Operator's Manual: G154 Pn.
+    origin_at_tool: Some(false),
     entry_square_to_next: true,
     ..GENERIC
 };
@@ -258,6 +266,8 @@ const TABLE: &[Properties] = &[
     Properties {
         dialect: Dialect::LinuxCnc,
         name: "linuxcnc",
+        origin_at_tool: Some(true),
+        jumps_to_numbers: false,
         max_line_length: 252,
         refuses_longer_lines: true,
         t_changes_tool: false,
@@ -279,6 +289,8 @@ const TABLE: &[Properties] = &[
     Properties {
         dialect: Dialect::Grbl,
         name: "grbl",
+        origin_at_tool: Some(true),
+        jumps_to_numbers: false,
         max_line_length: 80,
         m_codes: M_LINUXCNC,
         lasting_variables_from: 1000,
@@ -314,6 +326,7 @@ const TABLE: &[Properties] = &[
     Properties {
         dialect: Dialect::Heidenhain,
         name: "heidenhain",
+        jumps_to_numbers: false,
         syntax: Syntax::Heidenhain,
         comments: &[CommentForm::Semicolon],
         max_line_length: 128,

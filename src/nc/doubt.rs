@@ -36,6 +36,8 @@ pub enum Doubt {
     Reversed,
     /// G96: S is a cutting speed, and how fast the spindle turns is the control's to say.
     SurfaceSpeed,
+    /// G41 or G42 whose path is not known: what it means to the control, the radius in the offset, or a contour that it would refuse.
+    Compensation,
     /// Blocks stand under block-delete switches of different numbers: which of them are on is not known.
     BlockDelete,
 }
@@ -53,7 +55,7 @@ pub enum Displaced {
 
 impl Doubt {
     /// Every doubt.
-    pub const ALL: [Doubt; 14] = [
+    pub const ALL: [Doubt; 15] = [
         Doubt::ProgramStop,
         Doubt::RotaryAxis,
         Doubt::TiltedFrame,
@@ -67,6 +69,7 @@ impl Doubt {
         Doubt::Unit,
         Doubt::Reversed,
         Doubt::SurfaceSpeed,
+        Doubt::Compensation,
         Doubt::BlockDelete,
     ];
 
@@ -77,9 +80,12 @@ impl Doubt {
                 Displaced::No
             }
             Doubt::TiltedFrame | Doubt::WorkOffset | Doubt::ZeroShift | Doubt::ToolLength => Displaced::Before,
-            Doubt::ProgramStop | Doubt::Probe | Doubt::MissingProgram | Doubt::UnknownCode | Doubt::UnknownValue => {
-                Displaced::Behind
-            }
+            Doubt::ProgramStop
+            | Doubt::Probe
+            | Doubt::MissingProgram
+            | Doubt::UnknownCode
+            | Doubt::UnknownValue
+            | Doubt::Compensation => Displaced::Behind,
         }
     }
 
@@ -109,6 +115,7 @@ impl Doubt {
             Doubt::Unit => "unit",
             Doubt::Reversed => "reversed-spindle",
             Doubt::SurfaceSpeed => "surface-speed",
+            Doubt::Compensation => "compensation",
             Doubt::BlockDelete => "block-delete",
         }
     }
@@ -134,6 +141,9 @@ impl Doubt {
             Doubt::Unit => "write G20 or G21 into the program, or program_unit under [machine]",
             Doubt::Reversed => "if the tool is a left-hand one: confirm = [\"reversed-spindle\"] in the setup",
             Doubt::SurfaceSpeed => "write G97 and the speed in rpm, or confirm = [\"surface-speed\"] in the setup",
+            Doubt::Compensation => {
+                "set compensation = \"control\" or \"wear\" under [machine] and give the tool, or confirm = [\"compensation\"]"
+            }
             Doubt::BlockDelete => {
                 "if no more than one of these switches is ever on, or all of them are: confirm = [\"block-delete\"]"
             }
@@ -148,7 +158,7 @@ impl Doubt {
             Doubt::RotaryAxis => "a rotary axis has turned the part",
             Doubt::TiltedFrame => "the plane is tilted, or the control follows the tool tip",
             Doubt::WorkOffset => "the setup does not say where this work offset lies",
-            Doubt::ZeroShift => "the zero was shifted by an amount that is not known",
+            Doubt::ZeroShift => "the zero, or the place where the tool starts, is not known",
             Doubt::ToolLength => "the tool length in force may be another than that of this tool",
             Doubt::Probe => "a probed position sets the zero",
             Doubt::MissingProgram => "a subprogram or macro is missing",
@@ -156,6 +166,7 @@ impl Doubt {
             Doubt::Unit => "the program has neither G20 nor G21, and its numbers fit inches and mm",
             Doubt::Reversed => "the spindle turns backwards (M4)",
             Doubt::SurfaceSpeed => "the speed of the spindle is a cutting speed (G96), which is read as rpm",
+            Doubt::Compensation => "where radius compensation (G41, G42) has taken the tool is not known",
             Doubt::BlockDelete => "which of several block-delete switches are on is not known",
             Doubt::UnknownValue => "where it goes, or how often, depends on a variable that the program does not set",
         }

@@ -35,6 +35,7 @@ pub use environment::Environment;
 pub use interpret::{has_flow_control, interpret, linked, plain_feeds, unroll};
 pub use program::{BYTE_ORDER_MARK, File, MAX_TEXT, Part, Program, parse};
 pub use refusal::refusal;
+pub use rs274::acts_on_comment;
 pub use siemens::is_setting;
 pub use token::{Token, TokenKind};
 pub use toolpath::{ADDITIONAL_OFFSETS, BEFORE_ADDITIONAL_OFFSETS};

@@ -68,7 +68,7 @@ impl Interpreter<'_, Heidenhain> {
             // The feed in force is among what it can read (ID20 NR8).
             self.uses_feed();
         }
-        self.plunge_factor(words);
+        self.feed_of_its_own(words);
         let read_by_control = names.iter().any(|name| matches!(*name, "SYSREAD" | "TABREAD"));
         for token in tokens.iter().filter(|token| token.kind == TokenKind::Assignment) {
             self.q_assignment(*token, text, read_by_control);
@@ -209,17 +209,18 @@ impl Interpreter<'_, Heidenhain> {
         }
     }
 
-    /// M103 F20: at 20 % of the feed down along the tool axis. That F is no feed.
-    fn plunge_factor(&mut self, words: &mut Words) {
-        let place = words.m.iter().find(|(code, _)| *code == 1030).map(|(_, place)| *place);
-        let Some(factor) = words.span(b'F').filter(|f| place.is_some_and(|m| m.start < f.start)) else { return };
+    /// M103 F20: at 20 % of the feed down along the tool axis; M140 MB 30 F750: at this feed out along it. Neither F is the feed of the block.
+    fn feed_of_its_own(&mut self, words: &mut Words) {
+        let of = |code: u16| words.m.iter().find(|(known, _)| *known == code).map(|(_, place)| (code, *place));
+        let Some((code, place)) = of(1030).or_else(|| of(1400)) else { return };
+        let Some(own) = words.span(b'F').filter(|f| place.start < f.start) else { return };
         if words.repeated.is_none() {
             words.remove(b'F');
         }
         // A second F, to restate the one in force, has no place beside it.
         self.uses_feed();
-        let text = "the factor of M103 is not followed";
-        self.not_understood("nc::not-understood", factor, text, "its block is kept as it is");
+        let text = if code == 1030 { "the factor of M103 is not followed" } else { "the feed of M140 is not followed" };
+        self.not_understood("nc::not-understood", own, text, "its block is kept as it is");
     }
 
     /// `Q1 = +3 * Q2`; of what is read from the control (FN 18, FN 28) only the control knows the value.

@@ -14,6 +14,7 @@ use super::state::{Active, Contour, Motion, PreviousElement};
 use super::words::Words;
 use crate::diag::{Severity, Span};
 use crate::machine::Compensation;
+use crate::nc::doubt::Doubt;
 use crate::nc::toolpath::{Freeze, MoveKind};
 use crate::path::{Arc, Curve, Vec3};
 
@@ -46,6 +47,8 @@ const GOUGE: Refusal = "the contour cannot be followed with this tool radius wit
 impl<F: Family> Interpreter<'_, F> {
     /// G41, G42 and their variants with the diameter in D (`inline`), or G40 with `side` 0.
     pub(crate) fn switch_compensation(&mut self, side: f64, inline: bool, words: &Words, place: Span) {
+        // Where only the control knows how far aside the tool is, it knows the way back as well.
+        self.compensation.comes_back |= self.compensation.contour == Contour::Unknown;
         self.compensation.active = None;
         self.compensation.contour = Contour::Off;
         self.compensation.on = side != 0.0;
@@ -92,7 +95,35 @@ impl<F: Family> Interpreter<'_, F> {
                 let text = format!("{what} is not known: the feeds up to G40 are kept");
                 let help = "set compensation = \"control\" or \"wear\" under [machine], and give the tool";
                 self.say("nc::compensation", Severity::Warning, place, text, help);
+                self.doubt(Doubt::Compensation, place);
             }
+        }
+        if self.compensation.active.is_some() && meaning == Some(Compensation::Control) {
+            self.doubt_of_radius(inline, words, place);
+        }
+    }
+
+    /// Offsets with a number of their own hold a radius that only the control knows. It is taken as that of the tool; where a tool runs with two
+    /// of them, or the program writes it, it is not.
+    fn doubt_of_radius(&mut self, inline: bool, words: &Words, place: Span) {
+        let tool = self.modal.tool;
+        let number = words.get(b'D').map_or(tool, |d| d.max(0.0) as u32);
+        if self.compensation.radius_written.contains(&number) {
+            self.doubt(Doubt::Compensation, place);
+        }
+        let is_stated = inline || self.stated_diameter(inline, words).is_some();
+        // A Siemens has the first edge of each tool in D1.
+        let is_a_tool = if self.dialect().d_names_tool { self.env.diameter_mm(number).is_some() } else { number == 1 };
+        if is_stated || is_a_tool || !words.has(b'D') {
+            return;
+        }
+        let of_tool = |(known, other): &(u32, u32)| *known == tool && *other != number;
+        if self.compensation.offsets_used.iter().any(of_tool) {
+            self.doubt(Doubt::Compensation, place);
+        } else if !self.compensation.offsets_used.contains(&(tool, number)) {
+            self.compensation.offsets_used.push((tool, number));
+            let text = format!("the radius in D{number} is not known here: that of the tool is taken");
+            self.say("nc::radius", Severity::Note, place, text, "");
         }
     }
 
@@ -141,7 +172,8 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// Follows a line (or an arc about `arc`'s centre) of the contour; false when compensation is off.
     pub(crate) fn compensated(&mut self, kind: MoveKind, target: Vec3, arc: Option<(Vec3, f64)>) -> bool {
-        self.block.splittable &= self.compensation.contour == Contour::Off;
+        self.block.splittable &= self.compensation.contour == Contour::Off && !self.compensation.comes_back;
+        self.compensation.comes_back &= self.compensation.contour == Contour::Unknown;
         if self.compensation.contour == Contour::Unknown {
             self.block.freeze = self.block.freeze.or(Some(Freeze::Compensation));
         }
@@ -176,6 +208,7 @@ impl<F: Family> Interpreter<'_, F> {
         if !self.compensation.undecided {
             let help = "correct the contour or the radius; set compensation = \"wear\" if the path is already offset";
             self.say("nc::compensation", Severity::Error, span, why, help);
+            self.doubt(Doubt::Compensation, span);
         }
         self.block.freeze = self.block.freeze.or(Some(Freeze::Compensation));
         if let Some(active) = &mut self.compensation.active {

@@ -201,6 +201,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 misread: None,
                 freeze: None,
                 splittable: true,
+                steps: false,
                 placed: true,
                 displaced: false,
                 own_feed: None,
@@ -217,6 +218,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 elsewhere: [false; 3],
                 by_switch: [false; 3],
                 displaced: [false; 3],
+                assumed: false,
                 probed: false,
             },
             rotary: Rotary::default(),
@@ -237,6 +239,9 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 undecided: false,
                 deciding: false,
                 wear_set: Vec::new(),
+                radius_written: Vec::new(),
+                offsets_used: Vec::new(),
+                comes_back: false,
                 oversize_mm: 0.0,
             },
             corners: Corners::default(),
@@ -477,7 +482,9 @@ impl<'a, F: Family> Interpreter<'a, F> {
             && self.place.by_switch == [false; 3]
             && self.place.displaced == [false; 3]
             && !words.has_any(b"ST")
+            && !LENGTH_OFFSETS.iter().any(|code| words.has_g(*code))
             && words.m.is_empty();
+        self.block.steps = false;
         self.block.splittable &= self.corners.next.is_none();
     }
 
@@ -505,6 +512,9 @@ impl<'a, F: Family> Interpreter<'a, F> {
         MoveId(self.out.moves.len() as u32)
     }
 }
+
+/// G codes that take another length offset in: with the first piece of a block the whole of it would come in.
+const LENGTH_OFFSETS: [u16; 6] = [430, 431, 432, 434, 440, 490];
 
 /// Is there an M of one of these numbers (below 10) anywhere in the program?
 fn has_m(program: &Program, numbers: &[u8]) -> bool {

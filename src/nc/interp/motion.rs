@@ -8,6 +8,7 @@ use super::words::Words;
 use crate::diag::Severity;
 use crate::ids::BlockId;
 use crate::nc::doubt::Doubt;
+use crate::nc::token::TokenKind;
 use crate::nc::toolpath::{Feed, FeedMode, Freeze, Move, MoveKind, PathMode, State};
 use crate::path::{Curve, Vec3};
 
@@ -172,10 +173,12 @@ impl<F: Family> Interpreter<'_, F> {
                 self.place.known[axis] = true;
                 self.block.splittable = false;
                 if incremental {
+                    self.place.assumed |= value != 0.0;
                     self.assume_zero(axis);
                     target[axis] = self.place.programmed[axis];
                 }
             }
+            self.block.steps |= incremental;
             target[axis] = if incremental { target[axis] + value * unit } else { value * unit };
         }
         if self.modal.polar.is_some() { self.polar_target(words, target) } else { target }
@@ -255,8 +258,18 @@ impl<F: Family> Interpreter<'_, F> {
         self.out.moves.push(motion);
     }
 
+    /// Can a jump lead to the block that is executed? Where its words are steps, it can be made only as a whole.
+    fn bears_target(&self) -> bool {
+        let program = self.flow.source.program();
+        let is_target = |kind: TokenKind| matches!(kind, TokenKind::Word(b'N') | TokenKind::Label);
+        self.dialect().jumps_to_numbers && program.tokens(self.block.id).any(|token| is_target(token.kind))
+    }
+
     /// The motion the block makes along a curve.
     pub(crate) fn motion_of(&mut self, kind: MoveKind, curve: Curve) -> Move {
+        if kind == MoveKind::Feed && std::mem::take(&mut self.place.assumed) {
+            self.doubt(Doubt::ZeroShift, self.flow.source.program().span(self.block.id));
+        }
         let (feed, freeze) = match kind {
             MoveKind::Rapid => {
                 (Feed { mode: self.modal.feed_mode, mm_s: 0.0, word: None, over_contour: 1.0 }, self.block.freeze)
@@ -280,7 +293,8 @@ impl<F: Family> Interpreter<'_, F> {
         motion.instance = self.flow.counts.get(block.ix()).map_or(0, |count| count.saturating_sub(1));
         motion.freeze = freeze;
         // Every piece of a block would stop at its end.
-        motion.splittable = self.block.splittable && path_mode != PathMode::ExactStop;
+        let as_a_whole = path_mode == PathMode::ExactStop || (self.block.steps && self.bears_target());
+        motion.splittable = self.block.splittable && !as_a_whole;
         motion.placed = self.block.placed && self.place.elsewhere == [false; 3];
         motion
     }

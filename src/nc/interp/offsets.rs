@@ -186,10 +186,16 @@ impl<F: Family> Interpreter<'_, F> {
             self.compensation.wear_set.push((number, if self.modal.incremental { before + value } else { value }));
             return;
         }
-        if [1.0, 10.0, 11.0].contains(&level) {
-            self.length_is_written(words.get(b'P').map(|p| p.max(0.0) as u32));
+        let at_tool = self.dialect().origin_at_tool.unwrap_or(true);
+        let written = words.get(b'P').map(|p| p.max(0.0) as u32);
+        // Without an L it is an offset of memory A, which holds lengths and radii alike.
+        if [1.0, 10.0, 11.0].contains(&level) || (level == 0.0 && words.has(b'R') && !at_tool) {
+            self.length_is_written(written);
         }
-        if level == 12.0 && self.radius_is_another(words) || !TOOL_DATA.contains(&level) && !ORIGINS.contains(&level) {
+        if TOOL_DATA.contains(&level) && self.radius_is_another(words) {
+            self.compensation.radius_written.extend(written);
+        }
+        if !TOOL_DATA.contains(&level) && !ORIGINS.contains(&level) {
             self.doubt(Doubt::UnknownCode, place);
         }
         if !ORIGINS.contains(&level) {
@@ -197,7 +203,16 @@ impl<F: Family> Interpreter<'_, F> {
             return;
         }
         let number = words.get(b'P').unwrap_or(0.0) as u16;
-        let wcs = if number == 0 { self.modal.wcs } else { 53 + number };
+        // L20 sets the zero at the tool in LinuxCNC and its kin, and writes additional offsets elsewhere.
+        if words.get(b'L') == Some(20.0) && self.dialect().origin_at_tool.is_none() {
+            self.doubt(Doubt::ZeroShift, place);
+        }
+        let level = if at_tool { level } else { 2.0 };
+        let wcs = match number {
+            0 => self.modal.wcs,
+            _ if words.get(b'L') == Some(20.0) && !at_tool => additional_offset(words),
+            _ => 53 + number,
+        };
         let known = self.env.origins.iter().any(|(number, _)| *number == wcs);
         if level == 20.0 && (0..3).any(|axis| axis_words[axis].is_some() && self.place.is_open(axis)) {
             self.stand_at(axis_words);
@@ -224,12 +239,12 @@ impl<F: Family> Interpreter<'_, F> {
         self.frame.changed.push((wcs, change));
     }
 
-    /// G10 L12: is the radius that it writes another than that of the tool of this number?
+    /// Is the radius that a G10 writes another than that of the tool of this number? One that no tool has is.
     fn radius_is_another(&self, words: &Words) -> bool {
         let tool = words.get(b'P').map(|number| number.max(0.0) as u32);
+        let Some(radius_mm) = words.get(b'R').map(|radius| radius * self.modal.unit_mm()) else { return false };
         let diameter_mm = tool.and_then(|tool| self.env.diameter_mm(tool));
-        let radius_mm = words.get(b'R').map(|radius| radius * self.modal.unit_mm());
-        diameter_mm.zip(radius_mm).is_some_and(|(diameter, radius)| (radius - 0.5 * diameter).abs() > AGREES_MM)
+        diameter_mm.is_none_or(|diameter| (radius_mm - 0.5 * diameter).abs() > AGREES_MM)
     }
 
     /// G28, G30: through a point on the way to the reference point, in the axes that are named (all, if none is).

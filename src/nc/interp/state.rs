@@ -293,6 +293,8 @@ pub struct Place {
     pub by_switch: [bool; 3],
     /// May this axis stand elsewhere because of a doubt? Until it is commanded to an absolute position no block is cut in pieces.
     pub displaced: [bool; 3],
+    /// An axis was taken to begin at zero, because only steps of it were commanded, and nothing was cut since.
+    pub assumed: bool,
     /// A probing move was made.
     pub probed: bool,
 }
@@ -375,6 +377,8 @@ pub struct BlockState {
     pub own_feed: Option<f64>,
     /// May its moves be cut in pieces?
     pub splittable: bool,
+    /// Does it command a step rather than a place?
+    pub steps: bool,
     /// Was each axis commanded before it, or its place known from the start?
     pub placed: bool,
     /// Where the tool stands behind it is in doubt, whatever its words say.
@@ -419,6 +423,12 @@ pub struct Compensation {
     pub deciding: bool,
     /// Wear offsets that the program set, mm.
     pub wear_set: Vec<(u32, f64)>,
+    /// Offsets whose radius the program wrote, another than that of the tool.
+    pub radius_written: Vec<u32>,
+    /// (tool, offset) with which it was switched on.
+    pub offsets_used: Vec<(u32, u32)>,
+    /// The next motion comes back from a contour that is not known.
+    pub comes_back: bool,
     /// Oversize of the tool's radius over the tool table, mm (DR in a tool call).
     pub oversize_mm: f64,
 }

@@ -15,7 +15,7 @@ const SAID: [&str; 6] = ["MSG,", "LOGOPEN,", "LOGAPPEND,", "LOGCLOSE", "PROBEOPE
 const DECIMALS: usize = 6;
 
 /// Does the control act on this comment (with its delimiters)?
-pub(super) fn acts(dialect: Dialect, comment: &[u8]) -> bool {
+pub fn acts(dialect: Dialect, comment: &[u8]) -> bool {
     begins(dialect, comment, &VALUED) || begins(dialect, comment, &SAID)
 }
 

@@ -3,6 +3,8 @@
 
 mod calls;
 mod comments;
+
+pub use comments::acts as acts_on_comment;
 mod flow;
 pub(crate) mod lex;
 pub(super) mod state;
@@ -123,7 +125,8 @@ impl Family for Rs274 {
         match number {
             3006 if macro_b => run.doubt(Doubt::ProgramStop, place),
             5161..=5390 => run.doubt(Doubt::ZeroShift, place),
-            7001..=7946 | 14001..=14386 if macro_b => run.doubt(Doubt::ZeroShift, place),
+            // External and work offsets as older controls number them (Fanuc B-63944EN, custom macro).
+            2500..=2899 | 7001..=7946 | 14001..=14386 if macro_b => run.doubt(Doubt::ZeroShift, place),
             // Lengths by their H: wear and geometry; from 12001 on radii, of which it is not known whose they are.
             2001..=2400 if macro_b => run.length_is_written(Some((number - 2001) % 200 + 1)),
             10001..=11999 if macro_b => run.length_is_written(Some((number - 10001) % 1000 + 1)),

@@ -234,13 +234,16 @@ struct Bare {
     ours: bool,
     /// Nothing but a block number is left.
     void: bool,
+    /// It has a block number, to which something may jump.
+    numbered: bool,
 }
 
 impl Bare {
     fn of(program: &Program, line: usize) -> Self {
         let block = BlockId(line as u32);
         let span = program.span(block);
-        let mut bare = Self { text: Vec::with_capacity(span.len()), feeds: Vec::new(), ours: false, void: true };
+        let mut bare =
+            Self { text: Vec::with_capacity(span.len()), feeds: Vec::new(), ours: false, void: true, numbered: false };
         let mut at = span.start;
         for token in program.tokens(block) {
             let is_feed = matches!(token.kind, TokenKind::Word(b'F') | TokenKind::Computed(b'F'));
@@ -249,6 +252,7 @@ impl Bare {
                 bare.feeds.extend_from_slice(token.span.of(program.text()));
             }
             bare.ours |= is_ours;
+            bare.numbered |= matches!(token.kind, TokenKind::Word(b'N'));
             let blank = matches!(token.kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Word(b'N'));
             bare.void &= is_feed || is_ours || blank;
             if is_feed || is_ours {
@@ -265,7 +269,7 @@ impl Bare {
         self.void && (!self.feeds.is_empty() || self.ours)
     }
     fn is_comment_of_ours(&self) -> bool {
-        self.void && self.ours && self.feeds.is_empty()
+        self.void && self.ours && self.feeds.is_empty() && !self.numbered
     }
     /// Lines with nothing left pair only when both or neither could have been put in, and state the same feed.
     fn pairs_with(&self, other: &Self) -> bool {

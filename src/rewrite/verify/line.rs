@@ -84,12 +84,15 @@ impl Modes {
     }
 }
 
-/// May a line of this part send the control to a numbered block? A name that is no setting, a label, `M97 P` or `M99 P`; of plain
-/// language the first word of a line, unless it moves or prepares a tool.
+/// May a line of this part send the control to a numbered block? A name that is no setting, a label, `M96 P` (on a signal), `M97 P`, `M99 P`,
+/// or a call (`M98`, `G65`, `G66`) of what may return so; of plain language the first word of a line, unless it moves or prepares a tool.
 pub fn jumps(program: &Program, part: &Part<'_>) -> bool {
     part.blocks.clone().into_par_iter().any(|block| {
         let words = || program.tokens(BlockId(block));
-        let back = |token: &Token| is(token, b'M') && [97.0, 99.0].contains(&token.number);
+        let back = |token: &Token| {
+            is(token, b'M') && [96.0, 97.0, 98.0, 99.0].contains(&token.number)
+                || is(token, b'G') && [65.0, 66.0, 66.1].contains(&token.number)
+        };
         words().any(|token| back(&token)) && words().any(|token| is(&token, b'P')) || names_a_place(program, words())
     })
 }

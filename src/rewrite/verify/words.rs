@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 
 use crate::ids::BlockId;
 
-use crate::nc::{CommentForm, Program, Syntax, Token, TokenKind};
+use crate::nc::{self, CommentForm, Program, Syntax, Token, TokenKind};
 
 use super::align::{Role, Roles};
 use super::done::Done;
@@ -28,6 +28,8 @@ use super::proof::Proof;
 const MOST_F: f64 = 1e6;
 /// Smallest F that is believed: a feed per revolution in inches has five digits.
 const LEAST_F: f64 = 1e-5;
+/// Smallest F per minute that is believed: below it a control may round to 0, which is an alarm. A Fanuc takes hundredths of an inch.
+const LEAST_PER_MINUTE: f64 = 0.01;
 /// Most bytes of the number of an F: a Fanuc reads eight digits.
 const MOST_BYTES: usize = 10;
 /// Most digits behind the point of an F that are believed: a feed per revolution in inches takes five.
@@ -112,6 +114,9 @@ impl FWordStyle {
         if line::number_of(word).len() > MOST_BYTES {
             return Some("an F has more digits than a control reads");
         }
+        if self.digits.is_some() && number.value() < LEAST_PER_MINUTE {
+            return Some("an F is so small that a control may take it for 0");
+        }
         if self.counts_inches && plain_number(like).is_some() && like.contains(&b'.') != word.contains(&b'.') {
             return Some("an F has a decimal point where the original's has none, or none where that has one");
         }
@@ -180,11 +185,18 @@ fn same_code(original: &Program, own: BlockId, rewritten: &Program, block: Block
     misplaced(rewritten, block)
 }
 
-/// A comment of ours with code behind it.
+/// A comment of ours with code behind it, or behind a comment that the control acts on: LinuxCNC acts on the last one of a line alone.
 fn misplaced(program: &Program, block: BlockId) -> Option<&'static str> {
     let behind = program.tokens(block).skip_while(|token| !is_ours(program, token));
-    let code = |token: Token| !matches!(token.kind, TokenKind::Blank | TokenKind::LineEnd | TokenKind::Comment);
-    { behind }.any(code).then_some("a comment of ours stands before code")
+    if { behind }.any(|token| is_code(&token)) {
+        return Some("a comment of ours stands before code");
+    }
+    let comments = program.tokens(block).filter(|token| token.kind == TokenKind::Comment);
+    let mut acting =
+        comments.skip_while(|token| !nc::acts_on_comment(program.dialect(), token.span.of(program.text())));
+    { acting.by_ref() }
+        .any(|token| is_ours(program, &token))
+        .then_some("a comment of ours stands behind one that the control acts on")
 }
 
 fn new_feed(
