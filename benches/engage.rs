@@ -10,7 +10,7 @@ use feedwright::engage::cache::{from_bytes, key, to_bytes};
 use feedwright::engage::{EngagementMap, Options, engage, engage_and_keep};
 use feedwright::machine::{Box3, Job, StockShape};
 use feedwright::path::Vec3;
-use feedwright::stock::{Field, Piece, saved};
+use feedwright::stock::{Field, Piece, Relief, saved};
 use std::time::Instant;
 
 fn main() {
@@ -61,7 +61,7 @@ fn finishing(blocks: usize) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("roughed.stock");
     let left = Field::new(extent, 0.1, |x, y| surface(x, y) + 0.3);
-    std::fs::write(&file, saved::to_bytes(&Piece::of_field(left), Vec3::zeros())).unwrap();
+    std::fs::write(&file, saved::to_bytes(&Piece::of_relief(Relief::new(&left), left), Vec3::zeros())).unwrap();
     let mut job = job(vec![ball(6.0)], vec![block([0.0; 3], [1.0; 3])]);
     job.stocks[0].shape = StockShape::Saved(file);
     let load = |path: &std::path::Path| std::fs::read(path);

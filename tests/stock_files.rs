@@ -211,3 +211,25 @@ fn a_field_that_does_not_fit_names_the_resolution_that_does() {
         assert!(matches!(engage(&slot(-3.0).toolpath, &job, &bad, &|_| {}), Err(EngageError::BadCell(_))));
     }
 }
+
+/// A finishing cut of 0.25 mm along the wall of a casting that stands on a flange, in cells of a third of a millimetre: the wall is where it is, or
+/// up to an eighth of a cell further out, wherever it lies among the cells.
+#[test]
+fn walls_of_a_mesh_are_cut_as_deep_as_they_stand_out() {
+    let (ae, depth) = (0.25, 10.0);
+    for wall in [0.0, 0.1, 0.2, 0.3] {
+        let flange = cube([0.0, -10.0, -20.0], [60.0, 50.0, -12.0]);
+        let block = cube([0.0, wall, -13.0], [60.0, 40.0, 0.0]);
+        let bytes = binary(&[flange, block].concat());
+        let mut job = job(vec![flat(10.0)], vec![crate::engage_common::block([0.0; 3], [1.0; 3])]);
+        job.stocks[0].shape = StockShape::Stl(PathBuf::from("casting.stl"));
+        let load = |_: &std::path::Path| Ok(bytes.clone());
+        let options = Options { cell_mm: Some(1.0 / 3.0), spacing_mm: 1.0, loader: Some(&load), ..Options::default() };
+        let mut path = Path::from([-10.0, wall + ae - 5.0, -depth]);
+        path.line([70.0, wall + ae - 5.0, -depth]);
+        let map = engage(&path.toolpath, &job, &options, &|_| {}).unwrap();
+        let section = stations(&map, 0).iter().find(|station| station.to_mm > 40.0).unwrap().removal_area_mm2;
+        let ratio = f64::from(section) / (ae * depth);
+        assert!((0.99..1.2).contains(&ratio), "{wall}: {ratio}");
+    }
+}

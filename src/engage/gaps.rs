@@ -82,6 +82,10 @@ pub fn span([from, to]: &Interval) -> f64 {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Gaps(pub Vec<Interval>);
 
+/// Change of height over a step above which the step is halved, mm, and how often at most: a step of a cell to 1/64 of it.
+const ABRUPT_MM: f64 = 0.5;
+const HALVED: u32 = 6;
+
 impl Gaps {
     /// The whole circle.
     pub fn whole() -> Self {
@@ -218,8 +222,7 @@ impl Gaps {
                 let next = inside(at);
                 let there = Dir { at, key: 0.0 };
                 if (next > 0.0) != (last > 0.0) {
-                    // Linear between the two: the heights are so between cells.
-                    let boundary = between(&here, &there, last / (last - next));
+                    let boundary = between(&here, &there, place_of_change(&here, &there, [last, next], inside));
                     match open.take() {
                         Some(from) if from.key < boundary.key => self.0.push([from, boundary]),
                         Some(_) => {}
@@ -231,6 +234,28 @@ impl Gaps {
             self.0.extend(open.filter(|from| from.key < to.key).map(|from| [from, to]));
         }
     }
+}
+
+/// Share of the way from one direction to another at which `inside` changes its sign: linear between the two, halved first while the change is as
+/// abrupt as that of a wall.
+fn place_of_change(here: &Dir, there: &Dir, [last, next]: [f64; 2], inside: &impl Fn([f64; 2]) -> f64) -> f64 {
+    let (mut from, mut to, mut values) = (0.0, 1.0, [last, next]);
+    for _ in 0..HALVED {
+        if (values[0] - values[1]).abs() <= ABRUPT_MM {
+            break;
+        }
+        let middle = 0.5 * (from + to);
+        let value = inside(between(here, there, middle).at);
+        if (value > 0.0) == (values[0] > 0.0) {
+            (from, values[0]) = (middle, value);
+        } else {
+            (to, values[1]) = (middle, value);
+        }
+    }
+    let is_abrupt = (values[0] - values[1]).abs() > ABRUPT_MM;
+    // What is not known better is in material.
+    let within = if values[0] > 0.0 { to } else { from };
+    if is_abrupt { within } else { from + (to - from) * values[0] / (values[0] - values[1]) }
 }
 
 /// Appends the intervals of `window` in which `depth` is positive.

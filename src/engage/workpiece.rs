@@ -112,7 +112,7 @@ pub fn pieces(sources: Vec<Source>, cell_mm: f64, notes: &mut Vec<String>) -> Re
                 let field = mesh.field(cell_mm, &mut said);
                 notes.extend(said.into_iter().map(|note| format!("{file}: {note}")));
                 let field = field.map_err(|why| EngageError::StockFile { path: file, why: why.to_string() })?;
-                Ok(Piece::of_field(field))
+                Ok(Piece::of_relief(mesh.relief(cell_mm), field))
             }
         })
         .collect()

@@ -41,10 +41,9 @@ impl Piece {
         let field = blank.field(cell_mm);
         Self { blank, field, cuts: Vec::new(), forms: Vec::new() }
     }
-    /// Stock of which only the field is known.
-    pub fn of_field(field: Field) -> Self {
-        let blank = Blank::Heights(Box::new(Relief::new(&field)));
-        Self { blank, field, cuts: Vec::new(), forms: Vec::new() }
+    /// Stock with these heights, and in the cells of a field.
+    pub fn of_relief(relief: Relief, field: Field) -> Self {
+        Self { blank: Blank::Heights(Box::new(relief)), field, cuts: Vec::new(), forms: Vec::new() }
     }
     /// The piece that a program leaves of a blank, with the elements that cells still name and those along the path from them. `form` gives
     /// the outline of an element.
