@@ -113,6 +113,29 @@ fn the_last_pass_leaves_the_finished_surface() {
     assert!(!left(0) && left(2));
 }
 
+/// Less than half a cell along a wall lowers no cell and is a cut all the same. Heights that fall without a cut that takes it are said.
+#[test]
+fn cuts_and_cells_are_compared() {
+    let mut path = Path::from([-10.0, -24.9, -10.0]);
+    path.line([50.0, -24.9, -10.0]);
+    let plate = job(vec![flat(10.0)], vec![block([0.0, -20.0, -40.0], [40.0, 20.0, 0.0])]);
+    let thin = run(&path, &plate, 0.4, 1.0);
+    assert_eq!(thin.removed_mm3, 0.0);
+    assert!(!thin.touches_nothing() && thin.misses_cuts().is_none());
+    let mut path = Path::from([-10.0, -26.0, -10.0]);
+    path.line([50.0, -26.0, -10.0]);
+    assert!(run(&path, &plate, 0.4, 1.0).touches_nothing());
+    let mut path = Path::from([-10.0, 0.0, -3.0]);
+    path.line([50.0, 0.0, -3.0]);
+    let mut slot = run(&path, &plate, 0.4, 1.0);
+    assert!(slot.misses_cuts().is_none());
+    let met = volume_of(&slot, 0);
+    slot.removed_mm3 = 1.9 * met;
+    assert!(slot.misses_cuts().is_none());
+    slot.removed_mm3 = 2.1 * met;
+    assert_eq!(slot.misses_cuts(), Some(met));
+}
+
 /// Cut through a plate of 5 mm: the pass along a wall leaves that, one from which everything about it is gone later leaves nothing.
 #[test]
 fn a_pass_through_the_stock_leaves_the_wall_beside_it() {

@@ -122,7 +122,22 @@ pub struct EngagementMap {
     pub cell_mm: f64,
 }
 
+/// Share of the volume that the path removes below which the cuts that were found contradict it. What begins in material or goes through it at
+/// rapid removes some that is no cut; of all programs of the corpus the cuts make up more than this.
+const LEAST_FOUND: f64 = 0.5;
+
 impl EngagementMap {
+    /// Is nothing of the stock met?
+    pub fn touches_nothing(&self) -> bool {
+        self.removed_mm3 <= 0.0 && self.stations.iter().all(|station| station.arc_count == 0)
+    }
+    /// The volume of all cuts that were found, mm³, where it is far less than the heights fell by: two ways to one number that should agree.
+    pub fn misses_cuts(&self) -> Option<f64> {
+        let volume = |station: &Station| f64::from(station.removal_area_mm2) * station.length_mm();
+        let met_mm3: f64 = self.stations.iter().map(volume).sum();
+        (met_mm3 < LEAST_FOUND * self.removed_mm3).then_some(met_mm3)
+    }
+
     /// Arcs of a station.
     pub fn arcs_of(&self, station: &Station) -> &[EngagedArc] {
         let first = station.first_arc as usize;

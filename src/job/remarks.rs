@@ -120,7 +120,15 @@ pub fn stock(map: &EngagementMap, toolpath: &Toolpath) -> Vec<Diagnostic> {
     let note = |note: &String| Diagnostic::new("engage::stock-file", Severity::Note, note.clone());
     let mut found: Vec<Diagnostic> = map.notes.iter().map(note).collect();
     let feeds = toolpath.moves.iter().find(|motion| motion.kind == MoveKind::Feed);
-    if let Some(first) = feeds.filter(|_| map.removed_mm3 <= 0.0) {
+    if let Some(met_mm3) = map.misses_cuts() {
+        let text = format!(
+            "the path removes {:.0} mm³ of the stock, but the cuts that were found take {met_mm3:.0} mm³: loads are missing, no feed is raised",
+            map.removed_mm3
+        );
+        let help = "does the program begin in the stock, or go through it at rapid? If not, this is a fault of Feedwright: please report it";
+        found.push(Diagnostic::new("engage::missed", Severity::Warning, text).help(help));
+    }
+    if let Some(first) = feeds.filter(|_| map.touches_nothing()) {
         let text = "the program never touches the stock: nothing is cut, no load can be predicted, no feed is raised";
         let help = "check [stock] and its offset: are its coordinates those of the program?";
         found.push(Diagnostic::new("engage::untouched", Severity::Error, text).on_line(first.line).help(help));

@@ -102,14 +102,14 @@ impl<'a> Reasons<'a> {
 /// Is the simulation as a whole impossible? That is so if the stock is never touched, the spindle stands still in a cut, or a tool that cuts
 /// has no loads.
 fn unsound(toolpath: &Toolpath, map: &EngagementMap, job: &Job, cutters: &Cutters) -> bool {
-    let untouched = map.removed_mm3 <= 0.0 && toolpath.moves.iter().any(|motion| motion.kind == MoveKind::Feed);
+    let untouched = map.touches_nothing() && toolpath.moves.iter().any(|motion| motion.kind == MoveKind::Feed);
     let at_rest = map.events.iter().any(|event| event.kind == EventKind::SpindleStopped);
     let cuts = |motion: &Move, station: &Station| station.arc_count > 0 && motion.freeze.is_none();
     let without_loads = |station: &Station| {
         let motion = &toolpath.moves[station.move_id.ix()];
         cuts(motion, station) && cutters.of(station.move_id).is_none() && job.tool(motion.tool).is_some()
     };
-    untouched || at_rest || map.stations.iter().any(without_loads)
+    untouched || at_rest || map.misses_cuts().is_some() || map.stations.iter().any(without_loads)
 }
 
 /// Keeps the feed at the beginnings and the ends of cuts, cutting nodes where they end. `touches`: by node, is more than the
