@@ -221,7 +221,7 @@ fn walls_of_a_mesh_are_cut_as_deep_as_they_stand_out() {
         let flange = cube([0.0, -10.0, -20.0], [60.0, 50.0, -12.0]);
         let block = cube([0.0, wall, -13.0], [60.0, 40.0, 0.0]);
         let bytes = binary(&[flange, block].concat());
-        let mut job = job(vec![flat(10.0)], vec![crate::engage_common::block([0.0; 3], [1.0; 3])]);
+        let mut job = job(vec![flat(10.0)], vec![engage_common::block([0.0; 3], [1.0; 3])]);
         job.stocks[0].shape = StockShape::Stl(PathBuf::from("casting.stl"));
         let load = |_: &std::path::Path| Ok(bytes.clone());
         let options = Options { cell_mm: Some(1.0 / 3.0), spacing_mm: 1.0, loader: Some(&load), ..Options::default() };
