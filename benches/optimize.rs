@@ -16,7 +16,7 @@ use feedwright::outcome::ProgramRun;
 use feedwright::path::Vec3;
 use feedwright::rewrite::rewrite;
 use feedwright::schedule::{Options, solve};
-use feedwright::stock::{Field, Piece, saved};
+use feedwright::stock::{Field, Piece, Relief, saved};
 use feedwright::{machine, nc, setup};
 
 /// Blocks of 0.24 mm in rows of 1,250, 0.3 mm apart or less.
@@ -167,7 +167,8 @@ fn program(blocks: usize, surface: fn(f64, f64) -> f64) -> String {
 /// 0.3 mm over the surface, 300 by 200 mm: heights over a grid.
 fn stock() -> Vec<u8> {
     let extent = machine::Box3 { min: Vec3::new(0.0, 0.0, -20.0), max: Vec3::new(300.0, 200.0, -4.0) };
-    saved::to_bytes(&Piece::of_field(Field::new(extent, 0.1, |x, y| surface(x, y) + 0.3)), Vec3::zeros())
+    let field = Field::new(extent, 0.1, |x, y| surface(x, y) + 0.3);
+    saved::to_bytes(&Piece::of_relief(Relief::new(&field), field), Vec3::zeros())
 }
 
 fn task(text: &str, force_xy_n: f64) -> Task {

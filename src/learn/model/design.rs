@@ -269,7 +269,8 @@ fn variant_sizes<'a>(data: &'a Data, change: &Change) -> Vec<(Share, &'a Vec<Vec
         if slopes && v.variant == Variant::StockTop {
             let top =
                 |at: Vec3| if at.x.is_finite() { change.stock_top_at_mm(at.x, at.y) } else { change.stock_top_mm };
-            let each = data.state.iter().map(|state| share_of(top(state.position), v.size, simulated.clone()));
+            let sizes: Vec<f64> = simulated.collect();
+            let each = data.state.iter().map(|state| share_of(top(state.position), v.size, sizes.iter().copied()));
             return Some((Share::OfEach(each.collect()), &v.columns));
         }
         let size = Some(variant_size(v.variant, change, &data.runouts)).filter(|size| *size != 0.0)?;
