@@ -265,19 +265,48 @@ fn variant_sizes<'a>(data: &'a Data, change: &Change) -> Vec<(Share, &'a Vec<Vec
     let has_extent = data.variants.iter().any(|v| v.variant == Variant::StockSide);
     let slopes = has_extent && change.stock_slope != [0.0; 2];
     let asked = |v: &'a VariantColumns| {
+        let size = variant_size(v.variant, change, &data.runouts);
+        let size = Some(size).filter(|size| *size != 0.0 && !(slopes && v.variant == Variant::StockTop))?;
         let simulated = data.variants.iter().filter(|other| other.variant == v.variant).map(|other| other.size);
-        if slopes && v.variant == Variant::StockTop {
-            let top =
-                |at: Vec3| if at.x.is_finite() { change.stock_top_at_mm(at.x, at.y) } else { change.stock_top_mm };
-            let sizes: Vec<f64> = simulated.collect();
-            let each = data.state.iter().map(|state| share_of(top(state.position), v.size, sizes.iter().copied()));
-            return Some((Share::OfEach(each.collect()), &v.columns));
-        }
-        let size = Some(variant_size(v.variant, change, &data.runouts)).filter(|size| *size != 0.0)?;
         let share = Some(share_of(size, v.size, simulated)).filter(|share| *share != 0.0)?;
         Some((Share::Of(share), &v.columns))
     };
-    data.variants.iter().filter_map(asked).collect()
+    let found = data.variants.iter().filter_map(asked);
+    if !slopes {
+        return found.collect();
+    }
+    let tops: Vec<&VariantColumns> = data.variants.iter().filter(|v| v.variant == Variant::StockTop).collect();
+    let sizes: Vec<f64> = tops.iter().map(|v| v.size).collect();
+    let top = |at: Vec3| if at.x.is_finite() { change.stock_top_at_mm(at.x, at.y) } else { change.stock_top_mm };
+    let shares = shares_of_each(data.state.iter().map(|state| top(state.position)), &sizes);
+    found.chain(shares.into_iter().zip(tops).map(|(each, v)| (Share::OfEach(each), &v.columns))).collect()
+}
+
+/// [`share_of`] of many sizes: for each size that was simulated, how much of it is in each of them.
+fn shares_of_each(sizes: impl ExactSizeIterator<Item = f64>, simulated: &[f64]) -> Vec<Vec<f64>> {
+    let mut order: Vec<usize> = (0..simulated.len()).collect();
+    order.sort_by(|a, b| simulated[*a].abs().total_cmp(&simulated[*b].abs()));
+    let [inward, outward] = [-1.0, 1.0].map(|sign: f64| -> Vec<usize> {
+        let own: Vec<usize> = order.iter().copied().filter(|k| simulated[*k].signum() == sign).collect();
+        // Where none has that sign, the least stands for it.
+        if own.is_empty() { order.first().copied().into_iter().collect() } else { own }
+    });
+    let mut shares = vec![vec![0.0; sizes.len()]; simulated.len()];
+    for (i, size) in sizes.enumerate() {
+        let side = if size < 0.0 { &inward } else { &outward };
+        let reaches = |k: &usize| simulated[*k].abs() < size.abs();
+        match side.partition_point(reaches) {
+            0 => side.first().into_iter().for_each(|k| shares[*k][i] = size),
+            next if next == side.len() => shares[side[next - 1]][i] = size,
+            next => {
+                let [below, above] = [side[next - 1], side[next]];
+                let [low, high] = [below, above].map(|k| simulated[k]);
+                let past = (size - low) / (high - low);
+                (shares[below][i], shares[above][i]) = ((1.0 - past) * low, past * high);
+            }
+        }
+    }
+    shares
 }
 
 /// How much of the variant simulated at the size `own` is in a change by `size`: between zero and the sizes of its sign that were
@@ -475,6 +504,11 @@ mod tests {
         assert_eq!(shares(1.0), [0.25, 0.75, 0.0]);
         assert_eq!(shares(3.0), [0.0, 3.0, 0.0]);
         assert_eq!([shares(-0.2), shares(-2.0)], [[0.0, 0.0, -0.2], [0.0, 0.0, -2.0]]);
+        for size in [0.2, 1.0, 3.0, -0.2, -2.0, 0.0] {
+            let each: Vec<f64> = shares_of_each([size].into_iter(), &simulated).concat();
+            assert!(each.iter().zip(shares(size)).all(|(a, b)| (a - b).abs() < 1e-15), "{size}: {each:?}");
+        }
+        assert_eq!(shares_of_each([-0.3].into_iter(), &[0.5]), [[-0.3]]);
         // Inward was not simulated: the negative of outward.
         assert_eq!(share_of(-0.3, 0.5, [0.5].into_iter()), -0.3);
     }
