@@ -231,7 +231,8 @@ fn good(over: &Over, unseen: &[u32], rewritten: bool) -> String {
     }
 }
 
-/// Lines, each once, that cut or may cut what is not simulated: cycles that are not read, programs that are missing, codes that are not known.
+/// Lines, each once, that cut or may cut what is not simulated: cycles that are not read, programs that are missing, codes that are not known,
+/// undercuts, behind which the stock is not known either.
 pub fn unseen(run: &ProgramRun) -> Vec<u32> {
     let open =
         |doubted: &&Doubted| doubted.doubt.may_run_anything() && !run.job.confirmed.contains(&doubted.doubt.name());
@@ -239,7 +240,9 @@ pub fn unseen(run: &ProgramRun) -> Vec<u32> {
         let doubted = toolpath.doubts.iter().filter(open).map(|doubted| doubted.line);
         toolpath.unseen_cuts.iter().copied().chain(doubted).collect::<Vec<u32>>()
     };
+    let undercut = run.map.events.iter().filter(|event| event.kind == EventKind::Undercut);
     let mut lines = of(&run.toolpath);
+    lines.extend(undercut.map(|event| run.toolpath.moves[event.move_id.ix()].line));
     lines.extend(run.switched.iter().flat_map(|switched| of(&switched.toolpath)));
     lines.sort_unstable();
     lines.dedup();
