@@ -177,6 +177,16 @@ fn where_the_tool_is_beside_a_contour_or_begins_is_known_or_in_doubt() {
     assert_eq!(doubts(&contour("", "D11").replace("D1 ", "D11 "), Dialect::Fanuc), []);
     assert_eq!(doubts(&contour("G10 L12 P1 R5.5\n", "D1"), Dialect::Fanuc), [Doubt::Compensation]);
     assert_eq!(doubts(&contour("G10 L12 P1 R5.\n", "D1"), Dialect::Fanuc), []);
+    // The tool's own offset and another; one that the program gives the radius of the tool.
+    assert_eq!(doubts(&contour("", "D51"), Dialect::Fanuc), [Doubt::Compensation]);
+    assert_eq!(doubts(&contour("G10 L12 P51 R5.\n", "D51").replace("D1 ", "D51 "), Dialect::Fanuc), []);
+    // Where the path is that of the tool, any radius moves it.
+    let wear = Environment { compensation: Some(feedwright::machine::Compensation::Wear), ..control.clone() };
+    let of_wear = |radius: &str| {
+        let path = read(&contour(&format!("G10 L12 P1 R{radius}\n"), "D1"), Dialect::Fanuc, &wear);
+        path.doubts.iter().map(|doubted| doubted.doubt).collect::<Vec<_>>()
+    };
+    assert_eq!([of_wear("0."), of_wear("5.")], [vec![], vec![Doubt::Compensation]]);
     assert_eq!(doubts(&contour("G10 L1 P1 R6.5\n", "D1"), Dialect::LinuxCnc), [Doubt::Compensation]);
     // An arc inside of which the tool has no room.
     let refused = contour("", "D1").replace("G42 D1 X40. Y0.\n", "G42 D1 X40. Y0.\nG2 X36. Y-4. I-4.\n");
@@ -185,7 +195,11 @@ fn where_the_tool_is_beside_a_contour_or_begins_is_known_or_in_doubt() {
     assert_eq!(doubts(steps, Dialect::Fanuc), [Doubt::ZeroShift]);
     let from = |start_mm| read(steps, Dialect::Fanuc, &Environment { start_mm, ..bare() }).doubts.len();
     assert_eq!([from(None), from(Some(Vec3::zeros()))], [1, 0]);
-    assert_eq!(doubts(&steps.replace("G91 G17", "G91 G28 Z0\nG90"), Dialect::Fanuc), []);
+    for head in ["G91 G28 Z0\nG90", "G91 G0 Z50.\nG90"] {
+        assert_eq!(doubts(&steps.replace("G91 G17", head), Dialect::Fanuc), [], "{head}");
+    }
+    let at_rest = steps.replace("G0 X-10. Y20. Z5.", "G0 X0. Y0. Z0.\nX-10. Y20. Z5.");
+    assert_eq!(doubts(&at_rest, Dialect::Fanuc), [Doubt::ZeroShift]);
 }
 
 /// A jump to a block of steps makes all of them, so such a block is not cut in pieces where something could jump to it.

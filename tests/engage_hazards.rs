@@ -130,10 +130,18 @@ fn cuts_and_cells_are_compared() {
     let mut slot = run(&path, &plate, 0.4, 1.0);
     assert!(slot.misses_cuts().is_none());
     let met = volume_of(&slot, 0);
-    slot.removed_mm3 = 1.9 * met;
+    // By a cell at either side of a slot of 10 mm, 3 mm deep.
+    let by_cells = 2.0 * slot.cell_mm * 3.0 * 40.0;
+    slot.removed_mm3 = 2.0 * (met + 0.8 * by_cells);
     assert!(slot.misses_cuts().is_none());
-    slot.removed_mm3 = 2.1 * met;
+    slot.removed_mm3 = 2.0 * (met + 1.2 * by_cells);
     assert_eq!(slot.misses_cuts(), Some(met));
+    // A strip of a quarter of a cell that holds a row of middles lowers four times what it takes.
+    let mut path = Path::from([-10.0, -24.75, -10.0]);
+    path.line([50.0, -24.75, -10.0]);
+    let strip = run(&path, &plate, 1.0 / 3.0, 1.0);
+    let taken = volume_of(&strip, 0);
+    assert!((taken / 100.0 - 1.0).abs() < 0.01 && strip.misses_cuts().is_none(), "{taken} of {}", strip.removed_mm3);
 }
 
 /// Cut through a plate of 5 mm: the pass along a wall leaves that, one from which everything about it is gone later leaves nothing.

@@ -226,7 +226,10 @@ fn geometry(job: &mut Job, effect: &Effect, change: &Change) -> Option<Assumptio
         for stock in job.stocks.iter_mut().filter(|stock| fixed(&stock.shape)) {
             stock.uncertainty_mm += sides.into_iter().fold(0.0, f64::max);
         }
-        return Some(learned(effect, faces_moved(top, sides)));
+        let is_of_file = job.stocks.iter().any(|stock| fixed(&stock.shape)) && change.stock_slope != [0.0; 2];
+        let over =
+            if is_of_file { ", its slope over 300 mm about the zero point, for the stock is from a file" } else { "" };
+        return Some(learned(effect, faces_moved(top, sides) + over));
     }
     let by = change.diameter_mm;
     if by.abs() > NOTHING_MM {
@@ -250,16 +253,21 @@ fn most_by_turning(job: &Job, turn_rad: f64) -> f64 {
     turn_rad.sin().abs() * job.stocks.iter().map(half).fold(0.0, f64::max)
 }
 
+/// How far from the zero point the top of stock from a file counts, whose extent is not known here, mm.
+const REACH_OF_A_FILE_MM: f64 = 300.0;
+
 /// By how much the top of the stock is higher at most, mm. Stock has a level top in a simulation: raised by this it encloses one with a slope,
 /// which is the safe reading.
 fn highest_top(job: &Job, change: &Change) -> f64 {
-    let of = |stock: &Stock| match &stock.shape {
-        StockShape::Box(blank) => [[blank.min.x, blank.max.x], [blank.min.y, blank.max.y]],
-        StockShape::Cylinder { centre: [x, y], diameter_mm, .. } => {
-            [*x, *y].map(|c| [-0.5, 0.5].map(|r| c + r * diameter_mm))
-        }
-        // No slope is learned of stock from a file.
-        StockShape::Stl(_) | StockShape::Saved(_) => [[0.0; 2]; 2],
+    let of = |stock: &Stock| {
+        let [x, y] = match &stock.shape {
+            StockShape::Box(blank) => [[blank.min.x, blank.max.x], [blank.min.y, blank.max.y]],
+            StockShape::Cylinder { centre: [x, y], diameter_mm, .. } => {
+                [*x, *y].map(|c| [-0.5, 0.5].map(|r| c + r * diameter_mm))
+            }
+            StockShape::Stl(_) | StockShape::Saved(_) => [[-REACH_OF_A_FILE_MM, REACH_OF_A_FILE_MM]; 2],
+        };
+        [x.map(|x| x + stock.moved_mm.x), y.map(|y| y + stock.moved_mm.y)]
     };
     let corners = job.stocks.iter().map(of).flat_map(|[x, y]| [[x[0], y[0]], [x[1], y[0]], [x[0], y[1]], [x[1], y[1]]]);
     corners.map(|[x, y]| change.stock_top_at_mm(x, y)).reduce(f64::max).unwrap_or(change.stock_top_mm)
@@ -308,6 +316,11 @@ mod tests {
         apply(&mut askew);
         let StockShape::Box(shape) = &askew.stocks[0].shape else { panic!("a box") };
         assert!((shape.max.z - 0.6).abs() < 1e-12, "{}", shape.max.z);
+        // The extent of stock from a file is not known: 300 mm count.
+        let mut handed_on = job("stock-proud", &[("top", 0.1), ("slope_x", 0.5)]);
+        handed_on.stocks[0].shape = StockShape::Saved("before.stock".into());
+        let said = apply(&mut handed_on);
+        assert!((handed_on.stocks[0].moved_mm.z - 1.6).abs() < 1e-12 && said[0].value.contains("300 mm"), "{said:?}");
         let mut small = job("tool-diameter", &[("difference", -0.2)]);
         apply(&mut small);
         assert!((small.tools[0].diameter_mm - 9.8).abs() < 1e-12);

@@ -142,7 +142,7 @@ impl Doubt {
             Doubt::Reversed => "if the tool is a left-hand one: confirm = [\"reversed-spindle\"] in the setup",
             Doubt::SurfaceSpeed => "write G97 and the speed in rpm, or confirm = [\"surface-speed\"] in the setup",
             Doubt::Compensation => {
-                "set compensation = \"control\" or \"wear\" under [machine] and give the tool, or confirm = [\"compensation\"]"
+                "say what G41 means (compensation under [machine]) and give the tool; if the radius is its own: confirm = [\"compensation\"]"
             }
             Doubt::BlockDelete => {
                 "if no more than one of these switches is ever on, or all of them are: confirm = [\"block-delete\"]"

@@ -18,7 +18,7 @@
 //! `[raise]` allows rises only where axial force, power or torque is limited: the loads that grow with what the end face cuts.
 //!
 //! Where the simulation as a whole cannot be right (the stock is never touched, the spindle stands still in a cut, a tool has
-//! no loads) nothing is raised anywhere, in air or in cuts.
+//! no loads, the cuts take far less than the stock loses) nothing is raised anywhere, in air or in cuts.
 
 use super::cutters::{Cutters, SLIVER_MM, skims};
 use super::kinds_of_cut::{downwards, finishing};
@@ -99,8 +99,8 @@ impl<'a> Reasons<'a> {
     }
 }
 
-/// Is the simulation as a whole impossible? That is so if the stock is never touched, the spindle stands still in a cut, or a tool that cuts
-/// has no loads.
+/// Is the simulation as a whole impossible? That is so if the stock is never touched, the spindle stands still in a cut, a tool that cuts
+/// has no loads, or the cuts take far less than the stock loses.
 fn unsound(toolpath: &Toolpath, map: &EngagementMap, job: &Job, cutters: &Cutters) -> bool {
     let untouched = map.touches_nothing() && toolpath.moves.iter().any(|motion| motion.kind == MoveKind::Feed);
     let at_rest = map.events.iter().any(|event| event.kind == EventKind::SpindleStopped);

@@ -51,8 +51,8 @@ pub enum NotRaised {
     /// No limit on force, power, torque, deflection, stress or chip thickness applies here that any load comes near
     /// ([`super::idle_limits`]), or the load here cannot be predicted.
     NoLoadLimit,
-    /// The simulation as a whole cannot be right: the stock is never touched, the spindle stands still in a cut, or a tool has
-    /// no loads.
+    /// The simulation as a whole cannot be right: the stock is never touched, the spindle stands still in a cut, a tool has
+    /// no loads, or the cuts take far less than the stock loses.
     Unsound,
 }
 
@@ -74,7 +74,7 @@ impl NotRaised {
             NotRaised::Forgotten => "an earlier run rewrote it, and its original feed is lost",
             NotRaised::NoLoadLimit => "no load limit acts here",
             NotRaised::Unsound => {
-                "the stock is never touched, the spindle stands still in a cut, or a tool has no loads"
+                "the stock is never touched, the spindle stands still in a cut, a tool has no loads, or cuts are missing"
             }
         }
     }

@@ -10,7 +10,8 @@
 use super::arc::sweep;
 use super::interpreter::{Family, Interpreter};
 use super::intersection::{OffsetElement, Point, cross, distance, dot, meet, unit};
-use super::state::{Active, Contour, Motion, PreviousElement};
+use super::offsets::AGREES_MM;
+use super::state::{Active, Contour, Length, Motion, PreviousElement};
 use super::words::Words;
 use crate::diag::{Severity, Span};
 use crate::machine::Compensation;
@@ -92,36 +93,53 @@ impl<F: Family> Interpreter<'_, F> {
             _ => {
                 self.compensation.contour = Contour::Unknown;
                 let what = if diameter.is_none() { "the radius of the tool" } else { "what G41/G42 means here" };
-                let text = format!("{what} is not known: the feeds up to G40 are kept");
+                let text = format!("{what} is not known: nor is the path up to G40, whose feeds are kept");
                 let help = "set compensation = \"control\" or \"wear\" under [machine], and give the tool";
                 self.say("nc::compensation", Severity::Warning, place, text, help);
                 self.doubt(Doubt::Compensation, place);
             }
         }
-        if self.compensation.active.is_some() && meaning == Some(Compensation::Control) {
-            self.doubt_of_radius(inline, words, place);
+        if let Some(meaning) = meaning {
+            self.doubt_of_radius(meaning, inline, words, place);
         }
     }
 
-    /// Offsets with a number of their own hold a radius that only the control knows. It is taken as that of the tool; where a tool runs with two
-    /// of them, or the program writes it, it is not.
-    fn doubt_of_radius(&mut self, inline: bool, words: &Words, place: Span) {
-        let tool = self.modal.tool;
-        let number = words.get(b'D').map_or(tool, |d| d.max(0.0) as u32);
-        if self.compensation.radius_written.contains(&number) {
-            self.doubt(Doubt::Compensation, place);
-        }
-        let is_stated = inline || self.stated_diameter(inline, words).is_some();
-        // A Siemens has the first edge of each tool in D1.
-        let is_a_tool = if self.dialect().d_names_tool { self.env.diameter_mm(number).is_some() } else { number == 1 };
-        if is_stated || is_a_tool || !words.has(b'D') {
+    /// Offsets with a number of their own hold a radius that only the control knows. It is taken as that of the tool, or as none where the path is
+    /// that of the tool; where the program writes another, or a tool runs with two offsets, it is in doubt.
+    fn doubt_of_radius(&mut self, meaning: Compensation, inline: bool, words: &Words, place: Span) {
+        if inline || self.stated_diameter(inline, words).is_some() {
             return;
         }
-        let of_tool = |(known, other): &(u32, u32)| *known == tool && *other != number;
-        if self.compensation.offsets_used.iter().any(of_tool) {
-            self.doubt(Doubt::Compensation, place);
-        } else if !self.compensation.offsets_used.contains(&(tool, number)) {
+        let tool = self.modal.tool;
+        let in_force = match self.tool_length.now {
+            Length::Number(edge) if F::EDGES_BY_D => edge,
+            _ if F::EDGES_BY_D => 1,
+            _ => tool,
+        };
+        let number = words.get(b'D').map_or(in_force, |d| d.max(0.0) as u32);
+        let control = meaning == Compensation::Control;
+        let expected = if control { self.env.diameter_mm(tool).map(|diameter| 0.5 * diameter) } else { Some(0.0) };
+        let written = self.compensation.radius_written.iter().rfind(|(known, _)| *known == number);
+        if let Some((_, radius)) = written {
+            if expected.is_none_or(|expected| (radius - expected).abs() > AGREES_MM) {
+                self.doubt(Doubt::Compensation, place);
+            }
+            return;
+        }
+        let is_new = !self.compensation.offsets_used.contains(&(tool, number));
+        let has_other = self.compensation.offsets_used.iter().any(|(known, other)| *known == tool && *other != number);
+        if is_new {
             self.compensation.offsets_used.push((tool, number));
+        }
+        // A number that is that of a tool names its radius where offsets are kept by tool; a Siemens has the first edge of each tool in D1.
+        let names_its_tool = if F::EDGES_BY_D { number == 1 } else { self.env.diameter_mm(number).is_some() };
+        let by_tool = self.dialect().d_names_tool && self.dialect().always_offsets;
+        if !control || by_tool {
+            return;
+        }
+        if has_other {
+            self.doubt(Doubt::Compensation, place);
+        } else if is_new && !names_its_tool {
             let text = format!("the radius in D{number} is not known here: that of the tool is taken");
             self.say("nc::radius", Severity::Note, place, text, "");
         }

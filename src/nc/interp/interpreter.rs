@@ -218,7 +218,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 elsewhere: [false; 3],
                 by_switch: [false; 3],
                 displaced: [false; 3],
-                assumed: false,
+                assumed: [false; 3],
                 probed: false,
             },
             rotary: Rotary::default(),

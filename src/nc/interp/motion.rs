@@ -173,12 +173,13 @@ impl<F: Family> Interpreter<'_, F> {
                 self.place.known[axis] = true;
                 self.block.splittable = false;
                 if incremental {
-                    self.place.assumed |= value != 0.0;
+                    self.place.assumed[axis] = true;
                     self.assume_zero(axis);
                     target[axis] = self.place.programmed[axis];
                 }
             }
             self.block.steps |= incremental;
+            self.place.assumed[axis] &= incremental;
             target[axis] = if incremental { target[axis] + value * unit } else { value * unit };
         }
         if self.modal.polar.is_some() { self.polar_target(words, target) } else { target }
@@ -267,7 +268,8 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// The motion the block makes along a curve.
     pub(crate) fn motion_of(&mut self, kind: MoveKind, curve: Curve) -> Move {
-        if kind == MoveKind::Feed && std::mem::take(&mut self.place.assumed) {
+        // In doubt once: what is cut from there on is, whatever is commanded later.
+        if kind == MoveKind::Feed && std::mem::take(&mut self.place.assumed) != [false; 3] {
             self.doubt(Doubt::ZeroShift, self.flow.source.program().span(self.block.id));
         }
         let (feed, freeze) = match kind {

@@ -11,7 +11,7 @@ use crate::path::{Curve, Vec3};
 const AXES: [u8; 3] = *b"XYZ";
 /// Largest difference between the origins in program and setup that still counts as equal, mm: the sum of some roundings to 0.001 mm or
 /// 0.0001 inch.
-const AGREES_MM: f64 = 0.005;
+pub(super) const AGREES_MM: f64 = 0.005;
 /// L of a G10 that sets an origin.
 const ORIGINS: [f64; 2] = [2.0, 20.0];
 /// L of a G10 that writes lengths, radii and wear. Others write parameters of the control, zeros among them, or the lives of tools.
@@ -192,8 +192,10 @@ impl<F: Family> Interpreter<'_, F> {
         if [1.0, 10.0, 11.0].contains(&level) || (level == 0.0 && words.has(b'R') && !at_tool) {
             self.length_is_written(written);
         }
-        if TOOL_DATA.contains(&level) && self.radius_is_another(words) {
-            self.compensation.radius_written.extend(written);
+        // LinuxCNC and its kin have radii in R of any of them, others in L12; memory A has lengths and radii alike.
+        let of_radius = if at_tool { [1.0, 10.0, 11.0] } else { [0.0, 1.0, 12.0] };
+        if let (true, Some(number), Some(radius)) = (of_radius.contains(&level), written, words.get(b'R')) {
+            self.compensation.radius_written.push((number, radius * self.modal.unit_mm()));
         }
         if !TOOL_DATA.contains(&level) && !ORIGINS.contains(&level) {
             self.doubt(Doubt::UnknownCode, place);
@@ -239,14 +241,6 @@ impl<F: Family> Interpreter<'_, F> {
         self.frame.changed.push((wcs, change));
     }
 
-    /// Is the radius that a G10 writes another than that of the tool of this number? One that no tool has is.
-    fn radius_is_another(&self, words: &Words) -> bool {
-        let tool = words.get(b'P').map(|number| number.max(0.0) as u32);
-        let Some(radius_mm) = words.get(b'R').map(|radius| radius * self.modal.unit_mm()) else { return false };
-        let diameter_mm = tool.and_then(|tool| self.env.diameter_mm(tool));
-        diameter_mm.is_none_or(|diameter| (radius_mm - 0.5 * diameter).abs() > AGREES_MM)
-    }
-
     /// G28, G30: through a point on the way to the reference point, in the axes that are named (all, if none is).
     pub(crate) fn home(&mut self, words: &Words) {
         let axis_words = self.words_mm(words);
@@ -264,6 +258,7 @@ impl<F: Family> Interpreter<'_, F> {
             self.line_to(MoveKind::Rapid, target);
         }
         let mut to = self.place.tool;
+        (0..3).filter(|&axis| named[axis]).for_each(|axis| self.place.assumed[axis] = false);
         if self.env.home_mm.is_none() {
             (0..3).filter(|&axis| named[axis]).for_each(|axis| self.place.elsewhere[axis] = true);
         }

@@ -293,8 +293,8 @@ pub struct Place {
     pub by_switch: [bool; 3],
     /// May this axis stand elsewhere because of a doubt? Until it is commanded to an absolute position no block is cut in pieces.
     pub displaced: [bool; 3],
-    /// An axis was taken to begin at zero, because only steps of it were commanded, and nothing was cut since.
-    pub assumed: bool,
+    /// Was this axis taken to begin at zero, because only steps of it were commanded? Until it is commanded to an absolute position.
+    pub assumed: [bool; 3],
     /// A probing move was made.
     pub probed: bool,
 }
@@ -302,7 +302,7 @@ pub struct Place {
 impl Place {
     /// Is the place of this axis not known: never commanded, after a probing move, after something not understood?
     pub fn is_open(&self, axis: usize) -> bool {
-        !self.known[axis] || self.elsewhere[axis] || self.by_switch[axis]
+        !self.known[axis] || self.elsewhere[axis] || self.by_switch[axis] || self.assumed[axis]
     }
 }
 
@@ -423,8 +423,8 @@ pub struct Compensation {
     pub deciding: bool,
     /// Wear offsets that the program set, mm.
     pub wear_set: Vec<(u32, f64)>,
-    /// Offsets whose radius the program wrote, another than that of the tool.
-    pub radius_written: Vec<u32>,
+    /// Radii that the program wrote, by the number of their offset, mm.
+    pub radius_written: Vec<(u32, f64)>,
     /// (tool, offset) with which it was switched on.
     pub offsets_used: Vec<(u32, u32)>,
     /// The next motion comes back from a contour that is not known.
