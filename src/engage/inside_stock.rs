@@ -7,8 +7,6 @@ use crate::stock::Blank;
 
 /// Height of the stock where there is none, mm.
 const FAR_BELOW: f64 = -1e6;
-/// Shortest step along an arc over a relief, mm: a tenth of a millimetre of metal bends away and is not cut.
-const LEAST_STEP_MM: f64 = 0.1;
 
 /// The parts of the gaps of a ring of radius `r` at height `z` that lie in some blank.
 pub fn in_blanks(blanks: &[Blank], sample: &Sample, gaps: Gaps, r: f64, z: f64) -> Vec<Interval> {
@@ -74,7 +72,7 @@ fn in_blank(blank: &Blank, sample: &Sample, gaps: &mut Gaps, r: f64, z: f64) {
                 let middle = [0, 1].map(|axis| 0.5 * (from.at[axis] + to.at[axis]));
                 ahead && relief.lowest_about(place(middle), 0.5 * r * chord(from, to)) > z
             };
-            gaps.keep_points(r, relief.cell[0].min(relief.cell[1]).max(LEAST_STEP_MM), &inside, &above);
+            gaps.keep_points(r, relief.cell[0].min(relief.cell[1]), &inside, &above);
         }
     }
 }

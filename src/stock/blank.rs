@@ -51,6 +51,8 @@ pub struct Relief {
     pub heights: Vec<f32>,
     /// Lowest height of each block of cells, row by row, mm.
     lows: Vec<f32>,
+    /// A rise from cell to cell that only a wall has is one ([`Self::with_walls`]).
+    has_walls: bool,
 }
 
 impl Relief {
@@ -71,10 +73,18 @@ impl Relief {
             }
         });
         let cell = [0, 1].map(|axis| (extent.max[axis] - extent.min[axis]) / size[axis] as f64);
-        Self { extent, cell, size, per_mm: cell.map(|side| 1.0 / side), heights, lows }
+        Self { extent, cell, size, per_mm: cell.map(|side| 1.0 / side), heights, lows, has_walls: false }
     }
-    /// Height at (x, y), minus infinity outside: linear between the middles of the cells, but the highest of them where they differ as only a wall
-    /// does ([`STEEP`]), which so stands as far out as the cells let it.
+    /// The same with walls: between middles of cells that differ by more than [`STEEP`] all stands as high as the highest of them, so that a wall is
+    /// as far out as the cells let it. So for stock from a file; a finished surface in fine cells is taken as it is.
+    pub fn with_walls(self) -> Self {
+        Self { has_walls: true, ..self }
+    }
+    /// Has it walls?
+    pub fn has_walls(&self) -> bool {
+        self.has_walls
+    }
+    /// Height at (x, y), minus infinity outside: linear between the middles of the cells, and as [`Self::with_walls`] says.
     #[inline]
     pub fn surface(&self, x: f64, y: f64) -> f64 {
         let [u, v] = [(x - self.extent.min.x) * self.per_mm[0], (y - self.extent.min.y) * self.per_mm[1]];
@@ -87,7 +97,7 @@ impl Relief {
         let at = |j: usize, i: usize| f64::from(self.heights[j * columns + i]);
         let [[a, b], [c, d]] = [j, above].map(|j| [at(j, i), at(j, beside)]);
         let (least, most) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-        if most - least > STEEP * (self.cell[0] + self.cell[1]) {
+        if self.has_walls && most - least > STEEP * (self.cell[0] + self.cell[1]) {
             return most;
         }
         let [low, high] = [a + s * (b - a), c + s * (d - c)];
@@ -166,12 +176,13 @@ impl Blank {
                 Blank::Cylinder { centre: [x + by.x, y + by.y], radius, z: z.map(|z| z + by.z) }
             }
             Blank::Heights(relief) => {
-                let Relief { extent, size, mut heights, .. } = *relief;
+                let Relief { extent, size, mut heights, has_walls, .. } = *relief;
                 heights
                     .par_iter_mut()
                     .with_min_len(MANY)
                     .for_each(|height| *height = (f64::from(*height) + by.z) as f32);
-                Blank::Heights(Box::new(Relief::from_rows(shifted(extent), size, heights)))
+                let moved = Relief::from_rows(shifted(extent), size, heights);
+                Blank::Heights(Box::new(Relief { has_walls, ..moved }))
             }
         }
     }

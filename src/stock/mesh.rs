@@ -435,7 +435,7 @@ impl Mesh {
             f64::from(rays[index(1, y) * size[0] + index(0, x)].top)
         }))
     }
-    /// Its heights in cells finer than `cell_mm`, so that its walls stand where they are: [`FINER`] times, or as far as [`MOST_CELLS`] go.
+    /// Its heights in cells finer than `cell_mm`, so that its walls stand where they are, or just outside: [`FINER`] times, or as far as [`MOST_CELLS`] go.
     pub fn relief(&self, cell_mm: f64) -> Relief {
         let extent = self.extent();
         let count = |size: [usize; 2]| size[0].saturating_mul(size[1]);
@@ -445,7 +445,7 @@ impl Mesh {
         };
         let (_, size) = sizes.take_while(fits).last().unwrap_or((0, [1, 1]));
         let heights = self.rays(&extent, size).iter().map(|ray| ray.top.max(extent.min.z as f32)).collect();
-        Relief::from_rows(extent, size, heights)
+        Relief::from_rows(extent, size, heights).with_walls()
     }
     /// The crossings of a vertical ray through the middle of each cell.
     fn rays(&self, extent: &Box3, size: [usize; 2]) -> Vec<Ray> {

@@ -62,7 +62,7 @@ fn put_blank(out: &mut Vec<u8>, blank: &Blank) {
             numbers(out, &[centre[0], centre[1], *radius, z[0], z[1]]);
         }
         Blank::Heights(relief) => {
-            out.push(2);
+            out.push(if relief.has_walls() { 3 } else { 2 });
             numbers(out, &corners(&relief.extent));
             relief.size.iter().for_each(|n| count(out, *n));
             relief.heights.iter().for_each(|height| out.extend(height.to_le_bytes()));
@@ -134,10 +134,11 @@ fn blank(reader: &mut Reader) -> Option<Blank> {
             let [x, y, radius, low, high] = reader.f64s()?;
             Some(Blank::Cylinder { centre: [x, y], radius, z: [low, high] })
         }
-        2 => {
+        kind @ (2 | 3) => {
             let extent = extent(reader)?;
             let size = [reader.u64()?, reader.u64()?];
-            Some(Blank::Heights(Box::new(Relief::from_rows(extent, size, heights(reader, size)?))))
+            let relief = Relief::from_rows(extent, size, heights(reader, size)?);
+            Some(Blank::Heights(Box::new(if kind == 3 { relief.with_walls() } else { relief })))
         }
         _ => None,
     }
