@@ -211,3 +211,19 @@ impl Blank {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rise_of_more_than_four_over_a_cell_of_one_is_a_wall_of_stock_that_has_walls() {
+        let extent = Box3 { min: Vec3::zeros(), max: Vec3::new(2.0, 1.0, 9.0) };
+        let middle = |rise: f32, walls: bool| {
+            let relief = Relief::from_rows(extent, [2, 1], vec![0.0, rise]);
+            if walls { relief.with_walls() } else { relief }.surface(1.0, 0.5)
+        };
+        assert!((middle(3.9, true) - 1.95).abs() < 1e-6 && (middle(4.1, true) - 4.1).abs() < 1e-6);
+        assert!((middle(4.1, false) - 2.05).abs() < 1e-6);
+    }
+}
