@@ -20,7 +20,7 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 62] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 67] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
     ("stop by a variable", "#3006=1 (TURN PART)", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
@@ -53,6 +53,21 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 62] = [
         Dialect::LinuxCnc,
         Doubt::UnknownValue,
     ),
+    ("spiral of several turns", "G3 X0. Y20. I4. J5. L3 F300.", Dialect::Fanuc, Doubt::UnknownCode),
+    ("cone", "G3 X0. Y20. I4. J5. Q1. F300.", Dialect::Haas, Doubt::UnknownCode),
+    (
+        "arc under two scales",
+        "G51 X0 Y0 Z0 I2. J1. K1.\nG3 X0. Y20. R10. F300.\nG50",
+        Dialect::Fanuc,
+        Doubt::UnknownCode,
+    ),
+    (
+        "condition whose order is not written",
+        "#1=1\nIF [#1 EQ 1 AND #1 LT 2] GOTO 7\nG0 Y12.\nN7 G0 Z5.",
+        Dialect::Fanuc,
+        Doubt::UnknownValue,
+    ),
+    ("condition without GOTO or THEN", "IF [1 EQ 1] G0 Y12.", Dialect::Fanuc, Doubt::UnknownCode),
     ("origin set", "G10 L2 P1 X5. Y0 Z0", Dialect::Fanuc, Doubt::ZeroShift),
     ("additional offset set, then used", "G10 L20 P1 X5. Y0. Z-3.\nG54.1 P1", Dialect::Fanuc, Doubt::ZeroShift),
     ("the same of a Haas", "G10 L20 P1 X5. Y0. Z-3.\nG154 P1", Dialect::Haas, Doubt::ZeroShift),

@@ -134,6 +134,36 @@ fn feeds_in_every_mode() {
     assert_eq!(modes[..3], [FeedMode::InverseTime, FeedMode::PerRev, FeedMode::PerMinute]);
 }
 
+/// Fanuc B-64304EN and Haas: a condition governs what stands behind THEN; AND has bits; FIX drops the fraction; M of a macro call is #13.
+#[test]
+fn macro_b_means_what_its_manuals_say() {
+    let depth = |body: &str, dialect: Dialect| {
+        let path = read(&format!("G0 X0 Y0 Z5.\n{body}\nM30\nO9\nG1 Z-#13 F100.\nM99\n"), dialect);
+        assert_quiet(&path);
+        path.moves[1].curve().to().z
+    };
+    for dialect in [Dialect::Fanuc, Dialect::Haas] {
+        for (body, z) in [
+            ("#3=0\nIF [1 EQ 2] THEN #3=1.\nG1 Z-#3 F100.", 0.0),
+            ("#3=0\nIF [1 EQ 1] THEN #3=1.\nG1 Z-#3 F100.", -1.0),
+            ("#3=7\nIF [[#3 AND 4] EQ 4] GOTO 5\nG1 Z-1. F100.\nN5 G1 Z-2. F100.", -2.0),
+            ("#3=8\nIF [[#3 AND 4] EQ 4] GOTO 5\nG1 Z-1. F100.\nN5 G1 Z-2. F100.", -1.0),
+            ("#3=FIX[-14./8.]\nG1 Z[#3*8.] F100.", -8.0),
+            ("G1 Z-[ROUND[1.23456]] F100.", -1.235),
+            ("#3=ROUND[1.23456]\nG1 Z-#3 F100.", -1.0),
+            ("G65 P9 M13.5", -13.5),
+        ] {
+            assert!((depth(body, dialect) - z).abs() < 1e-9, "{dialect:?} {body}");
+        }
+    }
+    // Where some numbers have a point and others have none, it is said; zeros say nothing.
+    let said =
+        |text: &str| read(text, Dialect::Fanuc).diagnostics.iter().any(|found| found.code == "nc::decimal-point");
+    assert!(said("G21\nG0 X0 Y0\nG1 X50. F100\nX60 Y30.\nM30\n"));
+    assert!(!said("G21\nG0 X0 Y0\nG1 X50. F100\nX60. Y30.\nM30\n"));
+    assert!(!said("G21\nG0 X0 Y0\nG1 X50 F100\nX60 Y30\nM30\n"));
+}
+
 #[test]
 fn turned_scaled_mirrored_and_polar_coordinates() {
     let path = read("G0 X0 Y0\nG68 X0 Y0 R90.\nG1 X10. F100.\nG69\nX0 Y0\nM30\n", Dialect::Fanuc);
@@ -315,7 +345,7 @@ fn entry_ends_square_to_the_contour_as_its_control_makes_it() {
     let path = read(&contour("G21"), Dialect::LinuxCnc);
     assert_eq!(ends(&path)[1], [-5.0, 2.071, 5.0]);
     let into_an_arc =
-        "G21 G90 T1 M6\nG0 X-10 Y-10\nG1 G41 D1 X0 Y0 F100\nG3 X20. Y20. I0 J20.\nG1 G40 X20. Y40.\nM30\n";
+        "G21 G90 T1 M6\nG0 X-10. Y-10.\nG1 G41 D1 X0 Y0 F100\nG3 X20. Y20. I0 J20.\nG1 G40 X20. Y40.\nM30\n";
     let path = read(into_an_arc, Dialect::Fanuc);
     assert_eq!(ends(&path)[1..3], [[0.0, 5.0, 0.0], [15.0, 20.0, 0.0]]);
 }

@@ -1,6 +1,9 @@
 //! Expressions of LinuxCNC and Macro B. In: the text of one value and the parameters. Out: its value, or what is wrong
-//! with it. Precedence, tightest first: functions and signs, `**`, `* / MOD`, `+ -`, comparisons, `AND OR XOR`.
-//! Angles are in degrees.
+//! with it. Angles are in degrees. Precedence, tightest first: functions and signs, `**`, `* / MOD`, `+ -`, comparisons, `AND OR XOR`.
+//!
+//! Macro B differs (Fanuc B-64304EN, Custom macro, Arithmetic and logic operation; Haas Mill Operator's Manual, Macros): AND, OR and XOR work on
+//! the bits of whole numbers, AND is as tight as `*`, OR and XOR as `+`; FIX drops the fraction and FUP goes away from zero; a variable that
+//! was never set is vacant; ROUND in the value of a word rounds to the least increment of its letter, and to a whole number elsewhere.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -17,8 +20,8 @@ pub struct Parameters {
     pub named: BTreeMap<(usize, String), f64>,
     /// Depth of calls.
     pub depth: usize,
-    /// A numbered parameter that was never set is vacant, which is not 0 (Macro B).
-    vacancy: bool,
+    /// Expressions are those of Macro B; else of LinuxCNC, Siemens or Heidenhain.
+    macro_b: bool,
     /// Numbered parameters that were read without ever having been set, since [`Parameters::take_unset`].
     unset: RefCell<Vec<u32>>,
     /// One that holds the feed in force was read, since [`Parameters::take_feed_read`].
@@ -32,13 +35,13 @@ const FEED_NUMBERS: [u32; 3] = [4109, 4309, 4509];
 const FEED_NAME: &str = "_feed";
 
 impl Parameters {
-    /// None is set; `vacancy`: those that are not are vacant.
-    pub fn new(vacancy: bool) -> Self {
-        Self { vacancy, ..Self::default() }
+    /// None is set.
+    pub fn new(macro_b: bool) -> Self {
+        Self { macro_b, ..Self::default() }
     }
     /// Value of a numbered parameter; 0 when it was never set, NaN when only the control knows it.
     pub fn number(&self, index: u32) -> f64 {
-        self.feed_read.set(self.feed_read.get() || self.vacancy && FEED_NUMBERS.contains(&index));
+        self.feed_read.set(self.feed_read.get() || self.macro_b && FEED_NUMBERS.contains(&index));
         self.numbered.get(&index).copied().unwrap_or_else(|| {
             self.unset.borrow_mut().push(index);
             0.0
@@ -46,7 +49,7 @@ impl Parameters {
     }
     /// Value of a numbered parameter as an operand, which may be vacant.
     fn operand(&self, index: u32) -> Operand {
-        let vacant = self.vacancy && !self.numbered.contains_key(&index);
+        let vacant = self.macro_b && !self.numbered.contains_key(&index);
         Operand { value: self.number(index), vacant }
     }
     /// Value of a numbered parameter that was set to one that is known.
@@ -64,12 +67,12 @@ impl Parameters {
     /// The number of a variable was worked out, before which so many variables without a value had been read. If there are more now, it may be
     /// any number, one that holds the feed in force too.
     fn read_by_unknown_number(&self, unset_before: usize) {
-        let unknown = self.vacancy && self.unset.borrow().len() > unset_before;
+        let unknown = self.macro_b && self.unset.borrow().len() > unset_before;
         self.feed_read.set(self.feed_read.get() || unknown);
     }
     /// Sets those that hold the feed in force.
     pub fn set_feed(&mut self, feed: f64) {
-        if self.vacancy {
+        if self.macro_b {
             self.numbered.extend(FEED_NUMBERS.map(|number| (number, feed)));
         }
         self.set_name(FEED_NAME, feed);
@@ -108,6 +111,9 @@ pub enum ExprError {
     /// Nested too deep.
     #[error("brackets are nested deeper than 100")]
     TooDeep,
+    /// Controls that read this text differ in what it is.
+    #[error("{0}")]
+    Ambiguous(&'static str),
 }
 
 /// An intermediate value of an expression.
@@ -137,7 +143,12 @@ pub fn evaluate(text: &[u8], parameters: &Parameters) -> Result<f64, ExprError> 
 
 /// Value of `text`, which must be an expression from its first byte to its last (blanks aside); `None`: it is a vacant variable.
 pub fn evaluate_or_vacant(text: &[u8], parameters: &Parameters) -> Result<Option<f64>, ExprError> {
-    let mut reader = Reader { text, at: 0, depth: 0, parameters };
+    evaluate_word(text, parameters, 1.0)
+}
+
+/// The same of the value of a word, in which ROUND of Macro B rounds to the `increment` of its letter.
+pub fn evaluate_word(text: &[u8], parameters: &Parameters, increment: f64) -> Result<Option<f64>, ExprError> {
+    let mut reader = Reader { increment, ..Reader::new(text, 0, parameters) };
     let value = reader.binary(0)?;
     reader.blanks();
     if reader.at < text.len() { Err(ExprError::Syntax(reader.at)) } else { Ok(value.or_vacant()) }
@@ -145,7 +156,7 @@ pub fn evaluate_or_vacant(text: &[u8], parameters: &Parameters) -> Result<Option
 
 /// Splits `#lhs = rhs`, and gives what is set and its value; `None`: it becomes vacant (`#1 = #0`).
 pub fn assignment(text: &[u8], parameters: &Parameters) -> Result<(Target, Option<f64>), ExprError> {
-    let mut reader = Reader { text, at: 1, depth: 0, parameters };
+    let mut reader = Reader::new(text, 1, parameters);
     let target = reader.target()?;
     reader.blanks();
     if reader.peek() != Some(b'=') {
@@ -171,18 +182,25 @@ struct Reader<'a> {
     at: usize,
     depth: u32,
     parameters: &'a Parameters,
+    /// To what ROUND rounds.
+    increment: f64,
+    /// AND, OR or XOR, and a comparison, stand in the brackets that are being read.
+    beside: [bool; 2],
 }
 
+const COMPARISONS: &[&str] = &["EQ", "NE", "GT", "GE", "LT", "LE", "==", "<>", ">=", "<=", ">", "<"];
+const LOGICAL: &[&str] = &["AND", "XOR", "OR"];
 /// Binary operators by precedence, loosest first.
-const LEVELS: [&[&str]; 5] = [
-    &["AND", "XOR", "OR"],
-    &["EQ", "NE", "GT", "GE", "LT", "LE", "==", "<>", ">=", "<=", ">", "<"],
-    &["+", "-"],
-    &["MOD", "DIV", "*", "/"],
-    &["**"],
-];
+const LEVELS: &[&[&str]] = &[LOGICAL, COMPARISONS, &["+", "-"], &["MOD", "DIV", "*", "/"], &["**"]];
+const MACRO_B_LEVELS: &[&[&str]] = &[COMPARISONS, &["+", "-", "XOR", "OR"], &["MOD", "*", "/", "AND"]];
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    fn new(text: &'a [u8], at: usize, parameters: &'a Parameters) -> Self {
+        Self { text, at, depth: 0, parameters, increment: 1.0, beside: [false; 2] }
+    }
+    fn levels(&self) -> &'static [&'static [&'static str]] {
+        if self.parameters.macro_b { MACRO_B_LEVELS } else { LEVELS }
+    }
     fn peek(&self) -> Option<u8> {
         self.text.get(self.at).copied()
     }
@@ -195,7 +213,7 @@ impl Reader<'_> {
         self.blanks();
         let rest = &self.text[self.at..];
         let fits = |op: &&&str| rest.len() >= op.len() && rest[..op.len()].eq_ignore_ascii_case(op.as_bytes());
-        let found = LEVELS[level].iter().find(fits)?;
+        let found = self.levels()[level].iter().find(fits)?;
         if *found == "*" && rest.get(1) == Some(&b'*') {
             return None;
         }
@@ -203,15 +221,29 @@ impl Reader<'_> {
         Some(found)
     }
     fn binary(&mut self, level: usize) -> Result<Operand, ExprError> {
-        if level == LEVELS.len() {
+        if level == self.levels().len() {
             return self.unary();
         }
         let mut left = self.binary(level + 1)?;
         while let Some(operator) = self.operator(level) {
             let right = self.binary(level + 1)?;
-            left = Operand::of(apply(operator, left, right)?);
+            let value = if self.parameters.macro_b {
+                self.stands_beside(operator)?;
+                apply_macro_b(operator, left, right)?
+            } else {
+                apply(operator, left, right)?
+            };
+            left = Operand::of(value);
         }
         Ok(left)
+    }
+    /// Which of a comparison and AND, OR, XOR comes first is written by brackets: Fanuc's manual has AND as tight as `*`, and what other controls
+    /// make of it is not written.
+    fn stands_beside(&mut self, operator: &str) -> Result<(), ExprError> {
+        self.beside[0] |= LOGICAL.contains(&operator);
+        self.beside[1] |= COMPARISONS.contains(&operator);
+        let text = "AND, OR or XOR stands beside a comparison without brackets: which comes first is not known";
+        if self.beside == [true; 2] { Err(ExprError::Ambiguous(text)) } else { Ok(()) }
     }
     fn unary(&mut self) -> Result<Operand, ExprError> {
         let mut sign = None;
@@ -263,7 +295,9 @@ impl Reader<'_> {
             return Err(ExprError::TooDeep);
         }
         self.at += 1;
+        let outside = std::mem::take(&mut self.beside);
         let value = self.binary(0)?;
+        self.beside = outside;
         self.blanks();
         if self.peek() != Some(close) {
             return Err(ExprError::Syntax(self.at));
@@ -320,6 +354,9 @@ impl Reader<'_> {
             ("POT", None) => x * x,
             ("MINVAL", Some(y)) => x.min(y),
             ("MAXVAL", Some(y)) => x.max(y),
+            ("ROUND", None) => (x / self.increment).round() * self.increment,
+            ("FIX", None) if self.parameters.macro_b => x.trunc(),
+            ("FUP", None) if self.parameters.macro_b => x.abs().ceil().copysign(x),
             (function, None) => one_argument(function, x).ok_or_else(|| ExprError::Unknown(name.clone()))?,
             _ => return Err(ExprError::Unknown(name)),
         };
@@ -418,6 +455,37 @@ fn apply(operator: &'static str, left: Operand, right: Operand) -> Result<f64, E
     if value.is_finite() { Ok(value) } else { Err(ExprError::Undefined(operator)) }
 }
 
+/// What differs in Macro B.
+fn apply_macro_b(operator: &'static str, left: Operand, right: Operand) -> Result<f64, ExprError> {
+    // Whole numbers of 32 bits.
+    let bits = |of: Operand| of.value.round() as i32;
+    match operator {
+        "AND" => Ok(f64::from(bits(left) & bits(right))),
+        "OR" => Ok(f64::from(bits(left) | bits(right))),
+        "XOR" => Ok(f64::from(bits(left) ^ bits(right))),
+        "MOD" if left.value < 0.0 || right.value < 0.0 => {
+            Err(ExprError::Ambiguous("MOD of a negative number is not the same on all controls"))
+        }
+        _ => apply(operator, left, right),
+    }
+}
+
+/// The digits of a whole number in one base, read in another: BIN reads decimal digits of four bits each, BCD makes them. `None` where it has
+/// none.
+fn in_other_base(x: f64, from: u64, to: u64) -> Option<f64> {
+    let mut rest = Some(x).filter(|x| x.fract() == 0.0 && (0.0..1e8).contains(x))? as u64;
+    let (mut value, mut place) = (0, 1);
+    while rest > 0 {
+        let digit = rest % from;
+        if digit > 9 {
+            return None;
+        }
+        value += digit * place;
+        (rest, place) = (rest / from, place * to);
+    }
+    Some(value as f64)
+}
+
 fn one_argument(function: &str, x: f64) -> Option<f64> {
     Some(match function {
         "ABS" => x.abs(),
@@ -432,11 +500,12 @@ fn one_argument(function: &str, x: f64) -> Option<f64> {
         "FIX" => x.floor(),
         "FUP" => x.ceil(),
         "TRUNC" | "INT" => x.trunc(),
-        "ROUND" => x.round(),
         "NOT" => f64::from(u8::from(x == 0.0)),
         "SGN" => x.signum(),
         "NEG" => -x,
-        "AC" | "IC" | "DC" | "ACP" | "ACN" | "BIN" | "BCD" => x,
+        "BIN" => in_other_base(x, 16, 10)?,
+        "BCD" => in_other_base(x, 10, 16)?,
+        "AC" | "IC" | "DC" | "ACP" | "ACN" => x,
         _ => return None,
     })
 }
@@ -478,7 +547,7 @@ mod tests {
 
     #[test]
     fn vacant_is_not_zero_where_macro_b_says_so() {
-        let mut p = Parameters { vacancy: true, ..Parameters::default() };
+        let mut p = Parameters::new(true);
         p.numbered.insert(7, 0.0);
         let holds = |text: &str, p: &Parameters| evaluate(text.as_bytes(), p).unwrap() != 0.0;
         for (text, vacant, linuxcnc) in [
@@ -495,11 +564,40 @@ mod tests {
             ("[-#8 EQ 0]", true, true),
         ] {
             assert_eq!(holds(text, &p), vacant, "{text}");
-            assert_eq!(holds(text, &Parameters { vacancy: false, ..p.clone() }), linuxcnc, "{text} without vacancy");
+            assert_eq!(holds(text, &Parameters { macro_b: false, ..p.clone() }), linuxcnc, "{text} in LinuxCNC");
         }
         assert_eq!(evaluate_or_vacant(b"#8", &p), Ok(None));
         assert_eq!(evaluate_or_vacant(b"#7", &p), Ok(Some(0.0)));
         assert_eq!(assignment(b"#1 = #0", &p), Ok((Target::Number(1), None)));
+    }
+
+    /// Fanuc B-64304EN, Custom macro, Arithmetic and logic operation; 0b110 = 6.
+    #[test]
+    fn macro_b_has_bits_and_drops_fractions() {
+        let (macro_b, linuxcnc) = (Parameters::new(true), Parameters::default());
+        for (text, one, other) in [
+            ("1 OR 6", 7.0, 1.0),
+            ("7 AND 2", 2.0, 1.0),
+            ("5 XOR 1", 4.0, 0.0),
+            ("[2 EQ 2] AND [3 GT 1]", 1.0, 1.0),
+            ("2 + 4 AND 6", 6.0, 1.0),
+            ("FIX[-1.5]", -1.0, -2.0),
+            ("FIX[1.5]", 1.0, 1.0),
+            ("FUP[-1.2]", -2.0, -1.0),
+            ("FUP[1.2]", 2.0, 2.0),
+            ("BCD[12]", 18.0, 18.0),
+            ("BIN[18]", 12.0, 12.0),
+        ] {
+            assert_eq!(evaluate(text.as_bytes(), &macro_b), Ok(one), "{text}");
+            assert_eq!(evaluate(text.as_bytes(), &linuxcnc), Ok(other), "{text} in LinuxCNC");
+        }
+        for text in ["1 EQ 1 AND 2 EQ 2", "3 OR 1 GT 2", "-5 MOD 3"] {
+            assert!(matches!(evaluate(text.as_bytes(), &macro_b), Err(ExprError::Ambiguous(_))), "{text}");
+            assert!(evaluate(text.as_bytes(), &linuxcnc).is_ok(), "{text}");
+        }
+        assert_eq!(evaluate_word(b"ROUND[1.23456]", &macro_b, 0.001), Ok(Some(1.235)));
+        assert_eq!(evaluate(b"ROUND[1.23456]", &macro_b), Ok(1.0));
+        assert_eq!(evaluate(b"BIN[26]", &macro_b), Err(ExprError::Unknown("BIN".into())));
     }
 
     #[test]

@@ -28,6 +28,9 @@ impl<F: Family> Interpreter<'_, F> {
         let clockwise = self.modal.motion == Motion::Clockwise;
         let place = words.g.last().map(|g| g.1).or(words.span(b'R')).or(words.span(b'I')).or(words.span(b'J'));
         let place = place.unwrap_or_else(|| self.flow.source.program().span(self.block.id));
+        if let Some(why) = self.unknown_arc(words) {
+            return self.misread("nc::arc", place, why, "the block is left as it is");
+        }
         let from = self.place.programmed;
         let turns = words.get(b'P').map_or(1.0, |p| p.round().max(1.0));
         let centre = match words.get(b'R') {
@@ -52,6 +55,18 @@ impl<F: Family> Interpreter<'_, F> {
             self.refuse_corner(place);
         }
         self.arc_to(plane, target, centre, sweep);
+    }
+
+    /// Why the path of an arc is the control's to say. L and Q of Macro B make it a spiral or a cone of so many turns (Fanuc B-63944EN, Helical,
+    /// spiral and conical interpolation). Scaled by two factors it is no circle: controls take the greater one for R, and end off it with I J K.
+    fn unknown_arc(&self, words: &Words) -> Option<&'static str> {
+        let (a, b, _) = self.modal.plane.axes();
+        let two_factors = |factor: Vec3| factor[a].abs() != factor[b].abs();
+        match self.frame.scale {
+            _ if self.dialect().macro_b && words.has_any(b"LQ") => Some("L or Q makes this arc a spiral or a cone"),
+            Some((_, factor)) if two_factors(factor) => Some("an arc under two scale factors is no circle"),
+            _ => None,
+        }
     }
 
     /// Makes an arc given in programmed coordinates.

@@ -71,7 +71,10 @@ impl Words {
         self.any = true;
         match letter {
             b'G' => self.g.push((code(value), span)),
-            b'M' => self.m.push((code(value), span)),
+            b'M' => {
+                self.m.push((code(value), span));
+                self.values[index(letter)] = value;
+            }
             _ => {
                 let bit = 1 << index(letter);
                 if self.present & bit != 0 {
@@ -146,6 +149,10 @@ impl Words {
     #[inline]
     pub fn get(&self, letter: u8) -> Option<f64> {
         self.has(letter).then(|| self.values[index(letter)])
+    }
+    /// Number of the last M word, whatever code it is.
+    pub fn m_value(&self) -> Option<f64> {
+        (!self.m.is_empty()).then_some(self.values[index(b'M')])
     }
     /// Place of a letter's word.
     pub fn span(&self, letter: u8) -> Option<Span> {

@@ -180,6 +180,7 @@ impl Interpreter<'_, Rs274> {
 fn arguments(words: &Words) -> Vec<(u32, f64)> {
     let letters = b"ABCDEFHIJKMQRSTUVWXYZ";
     let places = [1, 2, 3, 7, 8, 9, 11, 4, 5, 6, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26];
-    let argument = |(&letter, place): (&u8, u32)| words.get(letter).map(|value| (place, value));
+    let value = |letter: u8| if letter == b'M' { words.m_value() } else { words.get(letter) };
+    let argument = |(&letter, place): (&u8, u32)| value(letter).map(|value| (place, value));
     letters.iter().zip(places).filter_map(argument).collect()
 }

@@ -191,8 +191,8 @@ impl Interpreter<'_, Rs274> {
                 if self.condition(&tokens[1..2.min(tokens.len())], text) {
                     match (then.as_str(), tokens.get(3)) {
                         ("GOTO", Some(target)) => self.goto(*target, text),
-                        ("THEN", Some(token)) => self.assign(*token, text),
-                        _ => self.not_understood("nc::not-understood", tokens[0].span, "IF without GOTO or THEN", ""),
+                        ("THEN", Some(_)) => tokens[3..].iter().for_each(|token| self.assign(*token, text)),
+                        _ => self.misread("nc::not-understood", tokens[0].span, "IF without GOTO or THEN", ""),
                     }
                 }
             }

@@ -24,7 +24,7 @@ use super::interp::unroll::{Executed, Plain, Record};
 use super::interp::words::Words;
 use super::program::Program;
 use super::token::{Token, TokenKind};
-use crate::diag::Span;
+use crate::diag::{Severity, Span};
 use crate::ids::BlockId;
 
 /// Letters of words that do something by themselves: all but the number of a block and of a routine.
@@ -39,10 +39,13 @@ impl Family for Rs274 {
 
     fn end(run: &mut Interpreter<'_, Self>) {
         run.diagnose_blocks_not_executed();
+        run.diagnose_mixed_points();
     }
 
     fn token(run: &mut Interpreter<'_, Self>, token: Token, text: &[u8], words: &mut Words) {
         match token.kind {
+            // Behind IF … THEN it is executed with the condition.
+            TokenKind::Assignment if words.beyond => {}
             TokenKind::Assignment => run.read_assignment(token, text),
             TokenKind::Expression if !words.beyond => words.bad.push((token.kind, token.span)),
             // A name amid words is none that steers.
@@ -198,6 +201,34 @@ impl Family for Rs274 {
 }
 
 impl Interpreter<'_, Rs274> {
+    /// Diagnoses the first coordinate without a decimal point in a text whose others have one, where the control may count increments without it:
+    /// X60 is 0.060 mm then (Fanuc parameter 3401, DPI; Haas setting 162).
+    fn diagnose_mixed_points(&mut self) {
+        self.flow.source_id = 0;
+        let program = self.program;
+        if !self.dialect().counts_increments {
+            return;
+        }
+        let coordinate = |token: &Token| {
+            matches!(token.kind, TokenKind::Word(b'X' | b'Y' | b'Z' | b'I' | b'J' | b'K' | b'R')) && token.number != 0.0
+        };
+        let blocks = program.blocks().take(program.own_len());
+        let mut all =
+            blocks.flat_map(|block| program.tokens(block).filter(coordinate).map(move |token| (block, token)));
+        let has_point = |token: &Token| token.span.of(program.text()).contains(&b'.');
+        let Some((first, token)) = all.next() else { return };
+        let other = all.find(|(_, other)| has_point(other) != has_point(&token));
+        let without = if has_point(&token) { other } else { other.map(|_| (first, token)) };
+        let Some((block, token)) = without else { return };
+        self.block.id = block;
+        let word = String::from_utf8_lossy(token.span.of(program.text())).into_owned();
+        let unit = if self.modal.inch { "in" } else { "mm" };
+        let text =
+            format!("{word} has no decimal point, others have: read in {unit}, on some controls it is increments");
+        let help = format!("write {word}. if it is {unit}");
+        self.say("nc::decimal-point", Severity::Warning, token.span, text, &help);
+    }
+
     /// Diagnoses what cannot be read in blocks of the main text that were not executed (up to the closing `%`).
     fn diagnose_blocks_not_executed(&mut self) {
         self.flow.source_id = 0;
