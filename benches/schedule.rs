@@ -186,7 +186,8 @@ fn real(path: &Path) {
     for (kind, seconds) in &schedule.active_s {
         println!("    {:20} {seconds:8.1} s", kind.name());
     }
-    for (kind, price) in &schedule.shadow_prices {
-        println!("    price of {:16} {price:+.5} s per {}", kind.name(), kind.unit());
+    for price in &schedule.shadow_prices {
+        let (kind, tool) = (price.kind, price.tool);
+        println!("    price of {:16} of T{tool} {:+.5} s per {}", kind.name(), price.per_unit_s, kind.unit());
     }
 }

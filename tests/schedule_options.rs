@@ -284,6 +284,32 @@ fn a_limit_on_the_rate_of_force_slows_entries_and_exits_only() {
     assert!(free["check"]["resimulated_force_rate_ratio"].is_null());
 }
 
+/// A price is the time that one more unit of the limit saves, in the unit that the report shows, and stands where the limit binds: not beside
+/// the limit of a second tool, nor beside what the spindle could give.
+#[test]
+fn prices_of_the_report_are_what_one_percent_saves() {
+    let second = "T2 M6\nS8000 M3\nG0 X-10 Y19\nG0 Z-2.4\nG1 X50 F300\nG0 Z10\nM30";
+    let program = PROGRAM.replace("G0 Z10\nM30", &format!("G0 Z10\n{second}"));
+    let tool =
+        "[[tool]]\nnumber = 2\nshape = \"flat\"\ndiameter = 10\nflutes = 3\n[limits]\nfeed_change = { max = 4 }\n";
+    for (name, value) in [("force_xy", 80.0), ("torque", 0.35), ("power", 420.0)] {
+        let told = |value: f64| {
+            let setup = slot::SETUP.replace("[limits]\n", &format!("{tool}{name} = {value}\n"));
+            let dir = bench(&setup);
+            fs::write(dir.path().join("part.nc"), &program).unwrap();
+            report(dir.path(), &[])
+        };
+        let (found, more) = (told(value), told(1.01 * value));
+        let rows: Vec<&Value> = found["limits"].as_array().unwrap().iter().filter(|row| row["name"] == name).collect();
+        let priced: Vec<&&Value> = rows.iter().filter(|row| !row["shadow_price"].is_null()).collect();
+        assert!(priced.len() == 1 && priced[0]["tool"] == 1 && rows.len() > 1, "{rows:?}");
+        let (price, limit) = (number(priced[0], "shadow_price"), number(priced[0], "limit"));
+        let slope = (time(&more) - time(&found)) / (0.01 * limit);
+        println!("{name}: told {price} s per {}, found {slope}", priced[0]["unit"]);
+        assert!(price < 0.0 && (price / slope - 1.0).abs() < 0.15, "{name}: told {price}, found {slope}");
+    }
+}
+
 #[test]
 fn a_load_that_a_tool_does_not_meet_limits_nothing() {
     // A drill has no force in the plane: its own loads give no limit on it, and no price is told beyond the time there is.

@@ -8,7 +8,7 @@ use super::origins::Origin;
 use crate::ids::BlockId;
 use crate::machine::LimitKind;
 use crate::machine::limits::FEED_CHANGE_MIN;
-use crate::nc::Freeze;
+use crate::nc::{Freeze, Toolpath};
 use crate::outcome::ProgramRun;
 use crate::schedule::caps::LEAST;
 use crate::schedule::f_words::Grid;
@@ -44,16 +44,27 @@ pub fn overlaps(node: &Node, origin: &Origin) -> bool {
         || origin.to_mm - origin.from_mm <= slack && node.from_mm <= origin.to_mm && node.to_mm >= origin.from_mm
 }
 
-/// Makes blocks in which the proof found a difference keep their feed from now on.
+/// Blocks in which the proof found a difference stay whole from now on; those that were whole already keep their feed.
 pub fn leave_alone(run: &mut ProgramRun, blocks: &[BlockId]) {
+    let was_whole: Vec<BlockId> =
+        blocks.iter().copied().filter(|block| stays_whole(&mut run.toolpath, *block)).collect();
     for node in &mut run.problem.nodes {
         let motion = &mut run.toolpath.moves[node.move_id.ix()];
-        if blocks.contains(&motion.block) {
+        if was_whole.contains(&motion.block) {
             node.free = false;
             node.cap = Bound { feed_mm_s: node.programmed_mm_s, kind: LimitKind::Programmed, per_unit: 0.0 };
             motion.freeze = motion.freeze.or(Some(Freeze::Unproved));
         }
     }
+}
+
+/// Makes a block stay whole, and says whether it did already.
+fn stays_whole(toolpath: &mut Toolpath, block: BlockId) -> bool {
+    let mut was_whole = true;
+    for motion in toolpath.moves.iter_mut().filter(|motion| motion.block == block) {
+        was_whole &= !std::mem::take(&mut motion.splittable);
+    }
+    was_whole
 }
 
 /// Lowers the caps at the breaches. `last`: no round is left, so the places are listed as infeasible.

@@ -319,20 +319,28 @@ fn share_active_time(run: &ProgramRun, limits: &mut Vec<LimitFigure>) {
     let whole: f64 = schedule.active_s.iter().map(|(_, s)| s).sum();
     for &(kind, seconds) in &schedule.active_s {
         let percent = if whole > 0.0 { 100.0 * seconds / whole } else { 0.0 };
-        let price = schedule.shadow_prices.iter().find(|(k, _)| *k == kind).map(|(_, price)| *price);
-        // A price is per unit of the limit as the library holds it.
-        let price = price.map(|price| price / kind.in_report_unit(1.0));
-        let rows = limits.iter().filter(|figure| figure.kind == kind).count();
-        if rows == 0 {
+        if !limits.iter().any(|figure| figure.kind == kind) {
             limits.push(motion_row(run, kind));
         }
         let length: Vec<f64> = tool_lengths(run, limits, kind);
         let all: f64 = length.iter().sum();
-        for (figure, own) in limits.iter_mut().filter(|figure| figure.kind == kind).zip(length) {
+        let binding: Vec<bool> = (0..limits.len()).map(|row| binds(limits, row)).collect();
+        let rows = limits.iter_mut().zip(binding).filter(|(figure, _)| figure.kind == kind);
+        for ((figure, is_binding), own) in rows.zip(length) {
             figure.active_time_percent = if all > 0.0 { percent * own / all } else { percent };
-            figure.shadow_price = price;
+            let of_row = |tool: u32| figure.tool.is_none_or(|own| own == tool) && is_binding;
+            let prices = schedule.shadow_prices.iter().filter(|price| price.kind == kind && of_row(price.tool));
+            figure.shadow_price = prices.map(|price| price.per_unit_s).reduce(|a, b| a + b);
         }
     }
+}
+
+/// Of the limits of one kind on one tool, which are that of the setup and what its spindle has, the lower one binds.
+fn binds(limits: &[LimitFigure], row: usize) -> bool {
+    let value = |figure: &LimitFigure| figure.limit.unwrap_or(f64::INFINITY);
+    let own = &limits[row];
+    let lower = |other: &LimitFigure| (other.kind, other.tool) == (own.kind, own.tool) && value(other) < value(own);
+    !limits.iter().any(lower)
 }
 
 /// Index of the node of a station.
@@ -346,7 +354,8 @@ pub(super) fn node_at(run: &ProgramRun, station: &Station) -> Option<usize> {
 
 /// Time at the commanded feed of the pieces that a limit holds, for each row of that limit.
 fn tool_lengths(run: &ProgramRun, limits: &[LimitFigure], kind: LimitKind) -> Vec<f64> {
-    let rows: Vec<Option<u32>> = limits.iter().filter(|figure| figure.kind == kind).map(|figure| figure.tool).collect();
+    let of_kind = (0..limits.len()).filter(|row| limits[*row].kind == kind);
+    let rows: Vec<Option<u32>> = of_kind.map(|row| limits[row].tool.filter(|_| binds(limits, row))).collect();
     let mut times = vec![0.0; rows.len()];
     if rows.len() < 2 {
         return times;

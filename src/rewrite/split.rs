@@ -176,7 +176,7 @@ impl Form {
         form.agrees(block).then_some(())?;
         match &block.motion.curve() {
             Curve::Line { .. } => no_centre_words(block.view).then_some(form),
-            Curve::Arc(_) if whole && !pointless => None,
+            Curve::Arc(_) if !pointless && (whole || has_pointless_centre(block)) => None,
             Curve::Arc(arc) => Some(Self { centre: form.centre_of(block, arc)?, ..form }),
         }
     }
@@ -249,6 +249,13 @@ fn runs_without_point(block: &Block<'_>, axis: usize, word: &Word) -> Option<boo
         (None, Some(false)) => None,
         (start, end) => Some(start.flatten().or(end) == Some(false)),
     }
+}
+
+/// Is a centre or radius written without a point, which may be increments?
+fn has_pointless_centre(block: &Block<'_>) -> bool {
+    let pointless = |word: &Word| word.number != 0.0 && !number_bytes(block.program, word).contains(&b'.');
+    let counts = counts_increments(block.program.dialect()) && block.manners.points != Points::All;
+    counts && b"IJKR".iter().any(|letter| block.view.only(*letter).is_some_and(pointless))
 }
 
 /// The word that says where a coordinate begins; `None`: the last one says something else, or there is none.

@@ -11,7 +11,7 @@
 
 use super::exact_pass::{cap_prices, exact_pass, time_slopes};
 use super::optimum::Optimum;
-use super::problem::{Holder, Kept, KeptPlace, Problem};
+use super::problem::{Holder, Kept, KeptPlace, NotRaised, Problem, ShadowPrice};
 use crate::machine::LimitKind;
 use crate::nc::Toolpath;
 
@@ -23,8 +23,8 @@ const AT_CAP: f64 = 0.98;
 pub struct Prices {
     /// Seconds that 1 mm/s more of the cap of each node saves.
     pub node_s: Vec<f64>,
-    /// Seconds that one more unit of a limit changes the time by (negative: it saves time), by kind.
-    pub shadow: Vec<(LimitKind, f64)>,
+    /// What one more unit of a limit changes the time by.
+    pub shadow: Vec<ShadowPrice>,
 }
 
 /// Cutting time by what bounds it.
@@ -37,13 +37,20 @@ pub struct Active {
 }
 
 /// Prices of an optimum.
-pub fn prices(problem: &Problem, optimum: &Optimum) -> Prices {
+pub fn prices(problem: &Problem, toolpath: &Toolpath, optimum: &Optimum) -> Prices {
     let node_s = node_prices(problem, optimum);
-    let mut shadow = [0.0; LimitKind::ALL.len()];
-    for (node, price_s) in problem.nodes.iter().zip(&node_s) {
-        shadow[node.cap.kind as usize] -= price_s * node.cap.per_unit;
+    let mut shadow: Vec<ShadowPrice> = Vec::new();
+    for (node, price_s) in
+        problem.nodes.iter().zip(&node_s).filter(|(node, price_s)| *price_s * node.cap.per_unit != 0.0)
+    {
+        let (kind, tool) = (node.cap.kind, toolpath.moves[node.move_id.ix()].tool);
+        let at = shadow.iter().position(|known| (known.kind, known.tool) == (kind, tool)).unwrap_or_else(|| {
+            shadow.push(ShadowPrice { kind, tool, per_unit_s: 0.0 });
+            shadow.len() - 1
+        });
+        shadow[at].per_unit_s -= price_s * node.cap.per_unit;
     }
-    Prices { node_s, shadow: listed(shadow) }
+    Prices { node_s, shadow }
 }
 
 /// Cutting time of the written program by what bounds it; `holders` by node.
@@ -66,7 +73,8 @@ pub fn active(problem: &Problem, toolpath: &Toolpath, optimum: &Optimum, holders
             (binding(problem, optimum, i, leg_s), &problem.nodes[tag], leg_s)
         };
         by_limit[kind as usize] += time_s;
-        if let (LimitKind::Programmed, Some(why)) = (kind, node.not_raised) {
+        let why = node.not_raised.or((!node.cutting).then_some(NotRaised::Air));
+        if let (LimitKind::Programmed, Some(why)) = (kind, why) {
             let place = if !is_elsewhere {
                 KeptPlace::Here
             } else if runs_again(tag) {

@@ -42,6 +42,8 @@ pub enum NotRaised {
     Finishing,
     /// In the air beside the blank, where the setup does not say what clamps the part.
     Fixtures,
+    /// In the air.
+    Air,
     /// Under G41 or G42.
     Compensation,
     /// A drilling or boring cycle.
@@ -69,6 +71,7 @@ impl NotRaised {
             NotRaised::Entry => "lead-in, lead-out or first engagement of a cut",
             NotRaised::Finishing => "the move leaves the final surface",
             NotRaised::Fixtures => "in the air beside the blank, where clamps may stand",
+            NotRaised::Air => "in the air, where only air_feed raises",
             NotRaised::Compensation => "under G41 or G42",
             NotRaised::Cycle => "a drilling or boring cycle",
             NotRaised::Forgotten => "an earlier run rewrote it, and its original feed is lost",
@@ -302,6 +305,17 @@ impl Holder {
     }
 }
 
+/// What one more unit of a limit for one tool changes the time by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShadowPrice {
+    /// The limit.
+    pub kind: LimitKind,
+    /// The tool whose cuts it bounds.
+    pub tool: u32,
+    /// Seconds per unit of the report ([`LimitKind::unit`]); negative: more saves time.
+    pub per_unit_s: f64,
+}
+
 /// The feeds of the whole program, with their times and prices.
 #[derive(Debug, Clone, Default)]
 pub struct Schedule {
@@ -314,8 +328,8 @@ pub struct Schedule {
     pub lambda_s: f64,
     /// How much longer the program takes because its growth is bounded, s.
     pub bound_costs_s: f64,
-    /// Seconds saved per unit of a limit (negative: more would save time), by kind.
-    pub shadow_prices: Vec<(LimitKind, f64)>,
+    /// What one more unit of a limit would save.
+    pub shadow_prices: Vec<ShadowPrice>,
     /// What holds the written feed of each node, by node.
     pub holders: Vec<Holder>,
     /// Cutting time of the written program by what bounds it, s.

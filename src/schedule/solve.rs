@@ -219,7 +219,7 @@ pub fn continuous_s(problem: &Problem, toolpath: &Toolpath, job: &Job) -> f64 {
 /// Fills in the binding limit of each piece with its price, and the shadow prices of the whole program.
 pub fn explain(schedule: &mut Schedule, problem: &Problem, toolpath: &Toolpath, job: &Job) {
     let optimum = optimum(node_track(problem, toolpath, job), 0.0);
-    let prices = prices(problem, &optimum);
+    let prices = prices(problem, toolpath, &optimum);
     schedule.holders = holders(problem, toolpath, &schedule.pieces);
     let active = active(problem, toolpath, &optimum, &schedule.holders);
     put_prices(&mut schedule.pieces, problem, &prices.node_s);
