@@ -20,7 +20,7 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 67] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 77] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
     ("stop by a variable", "#3006=1 (TURN PART)", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
@@ -65,6 +65,21 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 67] = [
         "condition whose order is not written",
         "#1=1\nIF [#1 EQ 1 AND #1 LT 2] GOTO 7\nG0 Y12.\nN7 G0 Z5.",
         Dialect::Fanuc,
+        Doubt::UnknownValue,
+    ),
+    ("speed limited below S", "G92 S2000", Dialect::Fanuc, Doubt::SurfaceSpeed),
+    ("offset by its own code", "G113", Dialect::Haas, Doubt::WorkOffset),
+    ("radius by steps", "G16\nG91 G1 X5. Y10. F300.\nG90 G15", Dialect::Fanuc, Doubt::UnknownCode),
+    ("machine coordinates by steps", "G91 G0 G53 Z0\nG90", Dialect::Fanuc, Doubt::UnknownCode),
+    ("centre by A and B", "G68 A1. B2. R30.\nG69", Dialect::Generic, Doubt::UnknownCode),
+    ("offset that turns", "G10 L2 P1 R45", Dialect::LinuxCnc, Doubt::TiltedFrame),
+    ("modal call by name", "MCALL L10\nG0 Y12\nMCALL", Dialect::Siemens, Doubt::MissingProgram),
+    ("another spindle", "SETMS(2)", Dialect::Siemens, Doubt::MissingProgram),
+    ("inches but for F", "G70\nG71", Dialect::Siemens, Doubt::Unit),
+    (
+        "AND beside a comparison",
+        "R1=1\nIF R1==1 AND R1<2 GOTOF END1\nG0 Y12\nEND1:",
+        Dialect::Siemens,
         Doubt::UnknownValue,
     ),
     ("condition without GOTO or THEN", "IF [1 EQ 1] G0 Y12.", Dialect::Fanuc, Doubt::UnknownCode),

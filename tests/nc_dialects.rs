@@ -164,6 +164,80 @@ fn macro_b_means_what_its_manuals_say() {
     assert!(!said("G21\nG0 X0 Y0\nG1 X50 F100\nX60 Y30\nM30\n"));
 }
 
+/// What a word means on its control, each where another reading ends elsewhere. Sources: LinuxCNC against rs274; Fanuc B-63944EN; Haas Mill
+/// Operator's Manual; 840D sl Programming Manuals; TNC 640 Klartext Programming.
+#[test]
+fn words_end_where_their_control_ends_them() {
+    let last = |text: &str, dialect: Dialect| {
+        let path = read(text, dialect);
+        assert!(path.doubts.is_empty(), "{dialect:?} {text}: {:?}", path.diagnostics);
+        ends(&path).pop().unwrap()
+    };
+    for (dialect, text, end) in [
+        // Only the angle is a step: the pole stays at the zero.
+        (Dialect::Fanuc, "G0 X0. Y0. Z5.\nG16\nG1 X50. Y30. F100.\nG91 Y60.\nG15\nM30\n", [0.0, 50.0, 5.0]),
+        // About the tool where no centre is named.
+        (Dialect::Fanuc, "G0 X20. Y10. Z5.\nG51 P2.\nG1 X40. Y10. F100.\nM30\n", [60.0, 10.0, 5.0]),
+        // A Fanuc returns to N100 of the caller, a Haas goes on there.
+        (
+            Dialect::Fanuc,
+            "G0 X0 Y0 Z5.\nM98 P2\nG1 X1. F100.\nN100 G1 Y7. F100.\nM30\nO2\nG1 X5. F100.\nM99 P100\nN100 X9.\nM99\n",
+            [5.0, 7.0, 5.0],
+        ),
+        (
+            Dialect::Haas,
+            "G0 X0 Y0 Z5.\nM98 P2\nG1 Y3. F100.\nM30\nO2\nG1 X5. F100.\nM99 P100\nX8.\nN100 X9.\nM99\n",
+            [9.0, 3.0, 5.0],
+        ),
+        (
+            Dialect::LinuxCnc,
+            "G21 G0 X0 Y0 Z5\n#1=[0.33334*3]\n#2=-8\no1 if [#1 NE 1]\n#2=-1\no1 endif\nG1 Z#2 F100\nM2\n",
+            [0.0, 0.0, -8.0],
+        ),
+        (
+            Dialect::LinuxCnc,
+            "G21\no1 sub\n#31=-8\no1 endsub\nG0 X0 Y0 Z5\n#31=-1\no1 call\nG1 Z#31 F100\nM2\n",
+            [0.0, 0.0, -8.0],
+        ),
+        (Dialect::LinuxCnc, "G21 G0 X0 Y0 Z5\no1 repeat [2.7]\nG91 G1 X1 F100\no1 endrepeat\nM2\n", [3.0, 0.0, 5.0]),
+        (Dialect::Siemens, "G0 X0 Y0 Z5\nROT X0 Y0 Z90\nG1 X80 F100\nM30\n", [0.0, 80.0, 5.0]),
+        (
+            Dialect::Siemens,
+            "G0 X0 Y0 Z5\nR1=1 R2=0 R3=0\nIF (R1==1) OR (R2==1) AND (R3==1) GOTOF DEEP\nG1 X10 F100\nDEEP:\nG1 Y3 F100\nM30\n",
+            [0.0, 3.0, 5.0],
+        ),
+        (Dialect::Siemens, "DEF INT KK\nG0 X0 Y0 Z5\nKK=7/2\nG1 X=KK*10 F100\nM30\n", [40.0, 0.0, 5.0]),
+        (
+            Dialect::Siemens,
+            "%_N_A_MPF\nG90 G0 X0 Y0 Z5\nS1\nSUB1\nG1 X50 F100\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG91 G1 X5 F100\nTRANS Y3\nM17\n",
+            [50.0, 0.0, 5.0],
+        ),
+        (
+            Dialect::Siemens,
+            "%_N_A_MPF\nG90 G0 X0 Y0 Z5\nS1\nSUB1\nG1 Y50 F100\nM30\n%_N_SUB1_SPF\nG1 X5 F100\nM30\n",
+            [5.0, 50.0, 5.0],
+        ),
+        (
+            Dialect::Heidenhain,
+            "BEGIN PGM A MM\nL X+0 Y+0 Z+5 R0 FMAX\nQ1 = COS 60 * 4 - 10\nL Z+Q1 F100\nEND PGM A MM\n",
+            [0.0, 0.0, -8.0],
+        ),
+        (
+            Dialect::Heidenhain,
+            "BEGIN PGM A MM\nL X+0 Y+0 Z+5 R0 FMAX\nQ1 = 2 + SQRT 16 - SIN (90)\nL Z+Q1 F100\nEND PGM A MM\n",
+            [0.0, 0.0, 5.0],
+        ),
+    ] {
+        assert_eq!(last(text, dialect), end, "{dialect:?} {text}");
+    }
+    // From (30, 0) by (10 on, 10 up) to (50, 0): half a turn of 10 mm about (40, 0).
+    let path = read("G0 X30 Y0 Z5\nCIP X50 Y0 I1=IC(10) J1=IC(10) F100\nM30\n", Dialect::Siemens);
+    assert!((path.moves[1].curve().length() - 10.0 * std::f64::consts::PI).abs() < 1e-6);
+    // S beside G92 is the highest speed.
+    let turns = |text: &str, dialect| read(text, dialect).moves.last().unwrap().spin.rps * 60.0;
+    assert!((turns("G21 S2000 M3\nG92 S9000\nG1 X5. F100.\nM30\n", Dialect::Fanuc) - 2000.0).abs() < 1e-9);
+}
+
 #[test]
 fn turned_scaled_mirrored_and_polar_coordinates() {
     let path = read("G0 X0 Y0\nG68 X0 Y0 R90.\nG1 X10. F100.\nG69\nX0 Y0\nM30\n", Dialect::Fanuc);

@@ -7,6 +7,7 @@
 //! "M-Codes"; Siemens 840D Programming Guide Fundamentals, predefined M functions; HEIDENHAIN TNC 640 Klartext manual, overview of
 //! miscellaneous functions.
 
+use super::expr::Language;
 use crate::units::MM_PER_INCH;
 use std::ops::RangeInclusive;
 
@@ -147,6 +148,14 @@ pub(crate) struct Properties {
     pub(crate) jumps_to_numbers: bool,
     /// G10 L20 sets the zero at the tool; false: it writes an additional work offset; `None`: which is not known.
     pub(crate) origin_at_tool: Option<bool>,
+    /// S beside G92 or G50 is the highest speed of the spindle, not its speed.
+    pub(crate) g92_limits_speed: bool,
+    /// G110 to G129 are additional work offsets.
+    pub(crate) g110_is_offset: bool,
+    /// M99 P of a subprogram goes on there, in the subprogram; elsewhere it returns to that block of the caller.
+    pub(crate) m99_stays_within: bool,
+    /// Numbered variables from 1 to here are local to a call with arguments.
+    pub(crate) last_local: u32,
     /// The entry of radius compensation ends square to the element after it; else to its own end.
     pub(crate) entry_square_to_next: bool,
 }
@@ -224,6 +233,11 @@ const GENERIC: Properties = Properties {
     d_names_tool: true,
     origin_at_tool: None,
     jumps_to_numbers: true,
+    // Fanuc B-64304EN, Custom macro, Variables: #1 to #33.
+    last_local: 33,
+    g92_limits_speed: true,
+    g110_is_offset: false,
+    m99_stays_within: false,
     entry_square_to_next: false,
 };
 
@@ -260,6 +274,9 @@ const TABLE: &[Properties] = &[
         k_repeats: false,
         r_plane_optional: true,
         scales_in_thousandths: false,
+        // Haas Mill Operator's Manual: G110 is G154 P1; M99 P.
+        g110_is_offset: true,
+        m99_stays_within: true,
         ..FANUC
     },
     // LinuxCNC 2.9 refuses a line of 254 bytes with its end ("Command too long").
@@ -280,6 +297,8 @@ const TABLE: &[Properties] = &[
         feed_before_unit: true,
         retract_to_r: true,
         no_motion_after_g80: true,
+        g92_limits_speed: false,
+        last_local: 30,
         g76_cuts_threads: true,
         k_repeats: false,
         g8_is_for_lathes: true,
@@ -295,6 +314,8 @@ const TABLE: &[Properties] = &[
         m_codes: M_LINUXCNC,
         lasting_variables_from: 1000,
         macro_b: false,
+        g92_limits_speed: false,
+        last_local: 30,
         dollar_commands: true,
         corner_words: false,
         k_repeats: false,
@@ -390,6 +411,15 @@ impl Dialect {
     #[inline]
     pub fn syntax(self) -> Syntax {
         self.properties().syntax
+    }
+    /// How it reads expressions.
+    pub(crate) fn language(self) -> Language {
+        match (self.syntax(), self.properties().macro_b) {
+            (Syntax::Siemens, _) => Language::Siemens,
+            (Syntax::Heidenhain, _) => Language::Heidenhain,
+            (Syntax::Rs274, true) => Language::MacroB,
+            (Syntax::Rs274, false) => Language::LinuxCnc,
+        }
     }
     /// The form of a comment that every control of the family reads.
     pub fn safest_comment(self) -> CommentForm {

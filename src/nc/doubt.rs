@@ -34,7 +34,7 @@ pub enum Doubt {
     Unit,
     /// M4: a right-hand cutter does not cut that way round.
     Reversed,
-    /// G96: S is a cutting speed, and how fast the spindle turns is the control's to say.
+    /// G96, where S is a cutting speed, or G92 S below S: how fast the spindle turns is the control's to say.
     SurfaceSpeed,
     /// G41 or G42 whose path is not known: what it means to the control, the radius in the offset, or a contour that it would refuse.
     Compensation,
@@ -163,9 +163,11 @@ impl Doubt {
             Doubt::Probe => "a probed position sets the zero",
             Doubt::MissingProgram => "a subprogram or macro is missing",
             Doubt::UnknownCode => "a code whose meaning is not known stands before it",
-            Doubt::Unit => "the program has neither G20 nor G21, and its numbers fit inches and mm",
+            Doubt::Unit => "whether it is in inches or mm is not certain: neither G20 nor G21, or F beside G70",
             Doubt::Reversed => "the spindle turns backwards (M4)",
-            Doubt::SurfaceSpeed => "the speed of the spindle is a cutting speed (G96), which is read as rpm",
+            Doubt::SurfaceSpeed => {
+                "how fast the spindle turns is the control's to say (G96, or a limit by G92 S below S)"
+            }
             Doubt::Compensation => "where radius compensation (G41, G42) has taken the tool is not known",
             Doubt::BlockDelete => "which of several block-delete switches are on is not known",
             Doubt::UnknownValue => "where it goes, or how often, depends on a variable that the program does not set",

@@ -4,6 +4,9 @@
 //! Macro B differs (Fanuc B-64304EN, Custom macro, Arithmetic and logic operation; Haas Mill Operator's Manual, Macros): AND, OR and XOR work on
 //! the bits of whole numbers, AND is as tight as `*`, OR and XOR as `+`; FIX drops the fraction and FUP goes away from zero; a variable that
 //! was never set is vacant; ROUND in the value of a word rounds to the least increment of its letter, and to a whole number elsewhere.
+//!
+//! Siemens has comparisons loosest, then OR, XOR, AND (840D sl Programming Manual Job Planning, Priority of the operators). LinuxCNC takes two
+//! numbers for equal that differ by less than 1e-4.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -20,12 +23,26 @@ pub struct Parameters {
     pub named: BTreeMap<(usize, String), f64>,
     /// Depth of calls.
     pub depth: usize,
-    /// Expressions are those of Macro B; else of LinuxCNC, Siemens or Heidenhain.
-    macro_b: bool,
+    /// How expressions are read.
+    language: Language,
     /// Numbered parameters that were read without ever having been set, since [`Parameters::take_unset`].
     unset: RefCell<Vec<u32>>,
     /// One that holds the feed in force was read, since [`Parameters::take_feed_read`].
     feed_read: Cell<bool>,
+}
+
+/// Whose expressions they are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Language {
+    /// LinuxCNC and its kin.
+    #[default]
+    LinuxCnc,
+    /// Macro B of Fanuc and Haas.
+    MacroB,
+    /// Siemens.
+    Siemens,
+    /// Plain language of Heidenhain.
+    Heidenhain,
 }
 
 /// Variables of Macro B that hold the feed in force: of the block before, of the block being executed, of the interrupted one (Fanuc B-64304EN,
@@ -36,12 +53,15 @@ const FEED_NAME: &str = "_feed";
 
 impl Parameters {
     /// None is set.
-    pub fn new(macro_b: bool) -> Self {
-        Self { macro_b, ..Self::default() }
+    pub fn new(language: Language) -> Self {
+        Self { language, ..Self::default() }
+    }
+    fn is_macro_b(&self) -> bool {
+        self.language == Language::MacroB
     }
     /// Value of a numbered parameter; 0 when it was never set, NaN when only the control knows it.
     pub fn number(&self, index: u32) -> f64 {
-        self.feed_read.set(self.feed_read.get() || self.macro_b && FEED_NUMBERS.contains(&index));
+        self.feed_read.set(self.feed_read.get() || self.is_macro_b() && FEED_NUMBERS.contains(&index));
         self.numbered.get(&index).copied().unwrap_or_else(|| {
             self.unset.borrow_mut().push(index);
             0.0
@@ -49,7 +69,7 @@ impl Parameters {
     }
     /// Value of a numbered parameter as an operand, which may be vacant.
     fn operand(&self, index: u32) -> Operand {
-        let vacant = self.macro_b && !self.numbered.contains_key(&index);
+        let vacant = self.is_macro_b() && !self.numbered.contains_key(&index);
         Operand { value: self.number(index), vacant }
     }
     /// Value of a numbered parameter that was set to one that is known.
@@ -67,12 +87,12 @@ impl Parameters {
     /// The number of a variable was worked out, before which so many variables without a value had been read. If there are more now, it may be
     /// any number, one that holds the feed in force too.
     fn read_by_unknown_number(&self, unset_before: usize) {
-        let unknown = self.macro_b && self.unset.borrow().len() > unset_before;
+        let unknown = self.is_macro_b() && self.unset.borrow().len() > unset_before;
         self.feed_read.set(self.feed_read.get() || unknown);
     }
     /// Sets those that hold the feed in force.
     pub fn set_feed(&mut self, feed: f64) {
-        if self.macro_b {
+        if self.is_macro_b() {
             self.numbered.extend(FEED_NUMBERS.map(|number| (number, feed)));
         }
         self.set_name(FEED_NAME, feed);
@@ -193,13 +213,20 @@ const LOGICAL: &[&str] = &["AND", "XOR", "OR"];
 /// Binary operators by precedence, loosest first.
 const LEVELS: &[&[&str]] = &[LOGICAL, COMPARISONS, &["+", "-"], &["MOD", "DIV", "*", "/"], &["**"]];
 const MACRO_B_LEVELS: &[&[&str]] = &[COMPARISONS, &["+", "-", "XOR", "OR"], &["MOD", "*", "/", "AND"]];
+const SIEMENS_LEVELS: &[&[&str]] = &[COMPARISONS, &["OR"], &["XOR"], &["AND"], &["+", "-"], &["MOD", "DIV", "*", "/"]];
+/// Difference below which LinuxCNC takes two numbers for equal (EQ, NE).
+const EQUAL_IN_LINUXCNC: f64 = 1e-4;
 
 impl<'a> Reader<'a> {
     fn new(text: &'a [u8], at: usize, parameters: &'a Parameters) -> Self {
         Self { text, at, depth: 0, parameters, increment: 1.0, beside: [false; 2] }
     }
     fn levels(&self) -> &'static [&'static [&'static str]] {
-        if self.parameters.macro_b { MACRO_B_LEVELS } else { LEVELS }
+        match self.parameters.language {
+            Language::MacroB => MACRO_B_LEVELS,
+            Language::Siemens => SIEMENS_LEVELS,
+            Language::LinuxCnc | Language::Heidenhain => LEVELS,
+        }
     }
     fn peek(&self) -> Option<u8> {
         self.text.get(self.at).copied()
@@ -227,18 +254,27 @@ impl<'a> Reader<'a> {
         let mut left = self.binary(level + 1)?;
         while let Some(operator) = self.operator(level) {
             let right = self.binary(level + 1)?;
-            let value = if self.parameters.macro_b {
-                self.stands_beside(operator)?;
-                apply_macro_b(operator, left, right)?
-            } else {
-                apply(operator, left, right)?
+            let value = match (self.parameters.language, operator) {
+                (Language::MacroB, _) => {
+                    self.stands_beside(operator)?;
+                    apply_macro_b(operator, left, right)?
+                }
+                (Language::Siemens, _) => {
+                    self.stands_beside(operator)?;
+                    apply(operator, left, right)?
+                }
+                (Language::LinuxCnc, "EQ" | "NE") => {
+                    let is_equal = (left.value - right.value).abs() < EQUAL_IN_LINUXCNC;
+                    f64::from(u8::from(is_equal == (operator == "EQ")))
+                }
+                _ => apply(operator, left, right)?,
             };
             left = Operand::of(value);
         }
         Ok(left)
     }
-    /// Which of a comparison and AND, OR, XOR comes first is written by brackets: Fanuc's manual has AND as tight as `*`, and what other controls
-    /// make of it is not written.
+    /// Which of a comparison and AND, OR, XOR comes first is written by brackets: by the manuals of Fanuc and Siemens AND comes first, which is
+    /// seldom meant.
     fn stands_beside(&mut self, operator: &str) -> Result<(), ExprError> {
         self.beside[0] |= LOGICAL.contains(&operator);
         self.beside[1] |= COMPARISONS.contains(&operator);
@@ -355,8 +391,8 @@ impl<'a> Reader<'a> {
             ("MINVAL", Some(y)) => x.min(y),
             ("MAXVAL", Some(y)) => x.max(y),
             ("ROUND", None) => (x / self.increment).round() * self.increment,
-            ("FIX", None) if self.parameters.macro_b => x.trunc(),
-            ("FUP", None) if self.parameters.macro_b => x.abs().ceil().copysign(x),
+            ("FIX", None) if self.parameters.is_macro_b() => x.trunc(),
+            ("FUP", None) if self.parameters.is_macro_b() => x.abs().ceil().copysign(x),
             (function, None) => one_argument(function, x).ok_or_else(|| ExprError::Unknown(name.clone()))?,
             _ => return Err(ExprError::Unknown(name)),
         };
@@ -547,7 +583,7 @@ mod tests {
 
     #[test]
     fn vacant_is_not_zero_where_macro_b_says_so() {
-        let mut p = Parameters::new(true);
+        let mut p = Parameters::new(Language::MacroB);
         p.numbered.insert(7, 0.0);
         let holds = |text: &str, p: &Parameters| evaluate(text.as_bytes(), p).unwrap() != 0.0;
         for (text, vacant, linuxcnc) in [
@@ -564,7 +600,11 @@ mod tests {
             ("[-#8 EQ 0]", true, true),
         ] {
             assert_eq!(holds(text, &p), vacant, "{text}");
-            assert_eq!(holds(text, &Parameters { macro_b: false, ..p.clone() }), linuxcnc, "{text} in LinuxCNC");
+            assert_eq!(
+                holds(text, &Parameters { language: Language::LinuxCnc, ..p.clone() }),
+                linuxcnc,
+                "{text} in LinuxCNC"
+            );
         }
         assert_eq!(evaluate_or_vacant(b"#8", &p), Ok(None));
         assert_eq!(evaluate_or_vacant(b"#7", &p), Ok(Some(0.0)));
@@ -574,7 +614,7 @@ mod tests {
     /// Fanuc B-64304EN, Custom macro, Arithmetic and logic operation; 0b110 = 6.
     #[test]
     fn macro_b_has_bits_and_drops_fractions() {
-        let (macro_b, linuxcnc) = (Parameters::new(true), Parameters::default());
+        let (macro_b, linuxcnc) = (Parameters::new(Language::MacroB), Parameters::default());
         for (text, one, other) in [
             ("1 OR 6", 7.0, 1.0),
             ("7 AND 2", 2.0, 1.0),
@@ -598,6 +638,28 @@ mod tests {
         assert_eq!(evaluate_word(b"ROUND[1.23456]", &macro_b, 0.001), Ok(Some(1.235)));
         assert_eq!(evaluate(b"ROUND[1.23456]", &macro_b), Ok(1.0));
         assert_eq!(evaluate(b"BIN[26]", &macro_b), Err(ExprError::Unknown("BIN".into())));
+    }
+
+    #[test]
+    fn siemens_has_and_before_or() {
+        let siemens = Parameters::new(Language::Siemens);
+        let value = |text: &str| evaluate(text.as_bytes(), &siemens);
+        assert_eq!(value("(1==1) OR (0==1) AND (0==1)"), Ok(1.0));
+        assert_eq!(evaluate(b"(1==1) OR (0==1) AND (0==1)", &Parameters::default()), Ok(0.0));
+        assert!(matches!(value("1==1 AND 2==2"), Err(ExprError::Ambiguous(_))));
+        assert_eq!(value("7 DIV 2 + 1 > 3"), Ok(1.0));
+    }
+
+    /// Against rs274 of LinuxCNC 2.9.
+    #[test]
+    fn linuxcnc_takes_near_numbers_for_equal() {
+        for (text, linuxcnc, others) in
+            [("1.00009 EQ 1", 1.0, 0.0), ("1.0002 EQ 1", 0.0, 0.0), ("1.00009 NE 1", 0.0, 1.0)]
+        {
+            assert_eq!(evaluate(text.as_bytes(), &Parameters::default()), Ok(linuxcnc), "{text}");
+            assert_eq!(evaluate(text.as_bytes(), &Parameters::new(Language::MacroB)), Ok(others), "{text}");
+        }
+        assert_eq!(evaluate(b"1.00009 GT 1", &Parameters::default()), Ok(1.0));
     }
 
     #[test]

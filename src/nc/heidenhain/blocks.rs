@@ -494,19 +494,50 @@ pub(crate) fn number_after(tokens: &[Token], text: &[u8], name: &str) -> Option<
     tokens.get(at + 1).filter(|token| token.kind == TokenKind::Expression).map(|token| token.number)
 }
 
-/// A formula of plain language with its own words in place: `DIV` divides, `SQRT 4` and the like have no brackets.
+/// A formula of plain language with its own words in place: `DIV` divides, and a function has its next operand alone: `COS 60 * 4` is
+/// `COS(60) * 4` (TNC 640, Klartext Programming, Rules for formulas).
 fn formula(text: &[u8]) -> Vec<u8> {
     let text = String::from_utf8_lossy(text).to_ascii_uppercase().replace(" DIV ", " / ");
-    let bare = ["SQRT", "SIN", "COS"].iter().find(|function| {
-        text.trim_start().strip_prefix(**function).is_some_and(|rest| !rest.trim_start().starts_with(['(', '[']))
-    });
-    match bare {
-        Some(function) => {
-            let rest = &text.trim_start()[function.len()..];
-            format!("{function}({})", rest.trim()).into_bytes()
+    with_brackets(&text).into_bytes()
+}
+
+/// Functions of plain language that may stand before an operand without brackets.
+const FUNCTIONS: [&str; 11] = ["SQRT", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "LN", "EXP", "INT", "ABS"];
+
+fn with_brackets(text: &str) -> String {
+    let letters = |text: &str| text.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (mut out, mut rest) = (String::new(), text);
+    while let Some(next) = rest.chars().next() {
+        let word = letters(rest);
+        let behind = rest[word..].trim_start();
+        if word > 0 && FUNCTIONS.contains(&&rest[..word]) && !behind.starts_with(['(', '[']) {
+            let length = operand(behind);
+            out += &format!("{}({})", &rest[..word], with_brackets(&behind[..length]));
+            rest = &behind[length..];
+        } else {
+            let length = word.max(next.len_utf8());
+            out += &rest[..length];
+            rest = &rest[length..];
         }
-        None => text.into_bytes(),
     }
+    out
+}
+
+/// Length of the operand that a text begins with: a sign, then a function with its operand, brackets, or a number or Q parameter.
+fn operand(text: &str) -> usize {
+    let sign = text.len() - text.trim_start_matches(['+', '-', ' ']).len();
+    let rest = &text[sign..];
+    let word = rest.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(rest.len());
+    if FUNCTIONS.contains(&&rest[..word]) {
+        let blank = rest[word..].len() - rest[word..].trim_start().len();
+        return sign + word + blank + operand(rest[word..].trim_start());
+    }
+    let mut depth = 0;
+    let mut ends = |c: char| {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        depth < 0 || depth == 0 && !(c.is_ascii_alphanumeric() || matches!(c, '.' | ')'))
+    };
+    sign + rest.find(&mut ends).unwrap_or(rest.len())
 }
 
 /// Does an FN calculate, jump, print, wait, or read and write tables alone? FN 17 writes into the control, 19 and 29 hand values to the

@@ -1,13 +1,14 @@
 //! Calls of subprograms and returns from them, in the same text or in another file. In: a label, arguments, how often. Out: the
 //! flow of the program moved there, and back.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::rc::Rc;
 use std::sync::Arc;
 
 use super::flow::{Call, Source};
 use super::interpreter::{Family, Interpreter};
 use super::labels::Labels;
+use super::state::{FeedWord, Frame, Modal};
 use crate::diag::{Severity, Span};
 use crate::ids::{BlockId, MoveId};
 use crate::nc::doubt::Doubt;
@@ -16,8 +17,6 @@ use crate::nc::program::{File, Program, parse};
 
 /// Endings of the names of subprogram files, in the order they are tried.
 const ENDINGS: [&str; 12] = [".ngc", ".nc", "", ".spf", ".SPF", ".NC", ".tap", ".MPF", ".mpf", ".H", ".h", ".txt"];
-/// Numbered variables that are local to a call with arguments: #1 to #33 (Fanuc B-64304EN, Custom macro, Variables).
-pub(crate) const LOCALS: std::ops::RangeInclusive<u32> = 1..=33;
 
 impl<F: Family> Interpreter<'_, F> {
     /// Labels of the text being executed.
@@ -137,6 +136,7 @@ impl<F: Family> Interpreter<'_, F> {
             main_block: self.main_block(),
             modal: false,
             section: None,
+            restores: None,
         });
         if let Some(arguments) = arguments {
             self.clear_locals();
@@ -176,8 +176,13 @@ impl<F: Family> Interpreter<'_, F> {
         }
     }
 
+    /// Numbers of the variables that are local to a call with arguments.
+    pub(crate) fn local_numbers(&self) -> RangeInclusive<u32> {
+        1..=self.dialect().last_local
+    }
+
     fn clear_locals(&mut self) {
-        let set: Vec<u32> = self.parameters.numbered.range(LOCALS).map(|(&index, _)| index).collect();
+        let set: Vec<u32> = self.parameters.numbered.range(self.local_numbers()).map(|(&index, _)| index).collect();
         for index in set {
             self.parameters.numbered.remove(&index);
         }
@@ -198,7 +203,7 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// The present values of the local numbered variables.
     pub(crate) fn locals(&self) -> Vec<(u32, f64)> {
-        self.parameters.numbered.range(LOCALS).map(|(&index, &value)| (index, value)).collect()
+        self.parameters.numbered.range(self.local_numbers()).map(|(&index, &value)| (index, value)).collect()
     }
 
     /// Is a routine being executed that was called with arguments? Its local variables without an argument are vacant.
@@ -217,6 +222,18 @@ impl<F: Family> Interpreter<'_, F> {
         self.leave_call();
     }
 
+    /// Puts the modes of the caller in force again, but for what words other than G set: feed, speed, tool.
+    fn restore(&mut self, (caller, frame): (Modal, Frame)) {
+        if self.modal.feed_mode != caller.feed_mode {
+            self.uses_feed();
+            self.modal.feed = FeedWord { value: 0.0, word: None, computed: false };
+        }
+        let Modal { feed, speed_rps, turning, coolant, tool, next_tool, .. } = self.modal;
+        self.modal = Modal { feed, speed_rps, turning, coolant, tool, next_tool, ..caller };
+        self.frame = frame;
+        self.reframe();
+    }
+
     fn leave_call(&mut self) {
         let Some(call) = self.flow.calls.last_mut() else { return };
         if call.again > 0 {
@@ -230,6 +247,9 @@ impl<F: Family> Interpreter<'_, F> {
         if let Some(saved) = call.saved {
             self.clear_locals();
             self.parameters.numbered.extend(saved);
+        }
+        if let Some(state) = call.restores {
+            self.restore(*state);
         }
         if call.own_names {
             let depth = self.parameters.depth;

@@ -136,12 +136,11 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// CIP: an arc through `through` (mm), in the plane; a line with its feed kept where it is not.
-    pub(crate) fn arc_through(&mut self, words: &mut Words, through: [Option<f64>; 3], place: Span) {
+    pub(crate) fn arc_through(&mut self, words: &mut Words, through: [Option<(f64, bool)>; 3], place: Span) {
         let (a, b, n) = self.modal.plane.axes();
         let (from, to) = (self.place.programmed, self.peek_target(words));
         let middle = Vec3::from_fn(|axis, _| match through[axis] {
-            Some(value) if self.modal.incremental => from[axis] + value,
-            Some(value) => value,
+            Some((value, by_steps)) => value + if by_steps { from[axis] } else { 0.0 },
             None => from[axis],
         });
         let (u, v) = (middle - from, to - from);

@@ -7,6 +7,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use super::labels::{Labels, Way};
+use super::state::{Frame, Modal};
 use crate::ids::{BlockId, MoveId};
 use crate::nc::doubt::Doubt;
 use crate::nc::program::{File, Program};
@@ -98,6 +99,8 @@ pub struct Call<'a> {
     pub main_block: BlockId,
     /// It was made by a modal call (G66), not by a word of the block.
     pub modal: bool,
+    /// What the return puts in force again (PROC … SAVE of Siemens).
+    pub restores: Option<Box<(Modal, Frame)>>,
     /// It repeats these blocks of the same text (REPEAT of Siemens) and ends where they end.
     pub section: Option<Range<usize>>,
 }

@@ -246,7 +246,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
             },
             corners: Corners::default(),
             cycles: Cycles::default(),
-            parameters: Parameters::new(program.dialect().properties().macro_b),
+            parameters: Parameters::new(program.dialect().language()),
             messages: Messages::default(),
             record: None,
         }

@@ -185,21 +185,25 @@ impl<F: Family> Interpreter<'_, F> {
         if self.modal.polar.is_some() { self.polar_target(words, target) } else { target }
     }
 
-    /// G16: the first axis of the plane is a radius about the zero (about the position with G91), the second an angle.
+    /// G16: the first axis of the plane is a radius about the zero, the second an angle, which G91 adds to the last one. A radius under G91 is
+    /// measured from where the tool stands (Fanuc B-63944EN, Polar coordinate command): what a later angle then turns about is not followed.
     fn polar_target(&mut self, words: &Words, mut target: Vec3) -> Vec3 {
         let (a, b, _) = self.modal.plane.axes();
         let (mut radius, mut angle) = self.modal.polar.unwrap_or_default();
         if !words.has(AXES[a]) && !words.has(AXES[b]) {
             return target;
         }
+        if self.modal.incremental && words.has(AXES[a]) {
+            let place = words.span(AXES[a]).unwrap_or_default();
+            self.misread("nc::polar", place, "a radius under G16 and G91 is not followed", "write it under G90");
+            return target;
+        }
         let increment = |value: f64, before: f64| if self.modal.incremental { before + value } else { value };
         radius = words.get(AXES[a]).map_or(radius, |value| value * self.modal.unit_mm());
         angle = words.get(AXES[b]).map_or(angle, |value| increment(value.to_radians(), angle));
         self.modal.polar = Some((radius, angle));
-        let centre =
-            if self.modal.incremental { [self.place.programmed[a], self.place.programmed[b]] } else { [0.0; 2] };
-        target[a] = centre[0] + radius * angle.cos();
-        target[b] = centre[1] + radius * angle.sin();
+        target[a] = radius * angle.cos();
+        target[b] = radius * angle.sin();
         target
     }
 
@@ -210,6 +214,15 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     fn machine_move(&mut self, words: &Words) {
+        if self.modal.incremental && self.dialect().macro_b {
+            let place = self.flow.source.program().span(self.block.id);
+            return self.misread(
+                "nc::machine-move",
+                place,
+                "G53 under G91: a Fanuc leaves it out",
+                "write it under G90",
+            );
+        }
         F::before_motion(self, MoveKind::Rapid, None);
         let unit = self.modal.unit_mm();
         let origin = self.env.origin(self.modal.wcs);

@@ -141,6 +141,15 @@ impl<F: Family> Interpreter<'_, F> {
     fn rotate(&mut self, words: &Words, axis_words: [Option<f64>; 3]) {
         let plane = self.modal.plane;
         let (a, b, _) = plane.axes();
+        if words.has_any(b"AB") {
+            let place = words.span(b'A').or(words.span(b'B')).unwrap_or_default();
+            return self.misread(
+                "nc::unknown-word",
+                place,
+                "A and B of G68 are not followed",
+                "name the centre by X and Y",
+            );
+        }
         let mut centre = self.place.programmed;
         for axis in [a, b] {
             centre[axis] = axis_words[axis].unwrap_or(centre[axis]);
@@ -150,9 +159,9 @@ impl<F: Family> Interpreter<'_, F> {
         self.frame.rotation = Some((plane, centre, before + degrees.to_radians()));
     }
 
-    /// G51: scales about a point, by P (in thousandths on a Fanuc when it has no decimal point) or by I, J, K.
+    /// G51: scales about a point, where none is named about the tool, by P (in thousandths on a Fanuc when it has no decimal point) or by I, J, K.
     fn scale(&mut self, words: &Words, axis_words: [Option<f64>; 3]) {
-        let centre = Vec3::from_fn(|axis, _| axis_words[axis].unwrap_or(0.0));
+        let centre = Vec3::from_fn(|axis, _| axis_words[axis].unwrap_or(self.place.programmed[axis]));
         let factor = |letter: u8| {
             let value = words.get(letter)?;
             let text = words.span(letter).unwrap_or_default().of(self.flow.source.program().text());
@@ -203,6 +212,14 @@ impl<F: Family> Interpreter<'_, F> {
         if !ORIGINS.contains(&level) {
             self.say("nc::g10", Severity::Note, place, "this G10 does not move the tool here", "");
             return;
+        }
+        if let (true, Some(degrees)) = (at_tool, words.get(b'R')) {
+            // LinuxCNC: the offset is turned as well.
+            if degrees != 0.0 {
+                self.lose_frame(place, "a turned work offset (R of G10)", "R0 ends it");
+            } else if self.frame.lost {
+                self.regain_frame();
+            }
         }
         let number = words.get(b'P').unwrap_or(0.0) as u16;
         // L20 sets the zero at the tool in LinuxCNC and its kin, and writes additional offsets elsewhere.

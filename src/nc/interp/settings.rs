@@ -145,6 +145,10 @@ impl<F: Family> Interpreter<'_, F> {
                 self.lose_frame(span, "a tilted plane", "G69 ends it");
             }
             121 | 1070 | 1120 => self.lose_frame(span, "cylindrical or polar interpolation", "its own code ends it"),
+            1130 if dialect.g110_is_offset && !self.frame.lost => self.doubt(Doubt::WorkOffset, span),
+            1100..=1290 if dialect.g110_is_offset && ![1120, 1130].contains(&code) => {
+                self.doubt(Doubt::WorkOffset, span);
+            }
             131 | 1130 => self.regain_frame(),
             // Tool centre point control, and the offset that turns with the table (Haas G254).
             434 | 435 | 2340 | 2540 => self.doubt(Doubt::TiltedFrame, span),
@@ -246,8 +250,14 @@ impl<F: Family> Interpreter<'_, F> {
     fn speed_and_tool(&mut self, words: &Words) {
         let before = self.modal.spin();
         // Behind G4 it is a number of turns to dwell.
+        let limits = self.dialect().g92_limits_speed && (words.has_g(920) || words.has_g(500));
         if let Some(rpm) = words.get(b'S').filter(|_| !words.has_g(40)) {
-            self.modal.speed_rps = rps_from_rpm(rpm.abs());
+            let highest = if limits { &mut self.modal.most_rps } else { &mut self.modal.speed_rps };
+            *highest = rps_from_rpm(rpm.abs());
+            if self.modal.speed_rps > self.modal.most_rps {
+                // Whether the limit holds under G97 too is a setting of the control.
+                self.doubt(Doubt::SurfaceSpeed, words.span(b'S').unwrap_or_default());
+            }
         }
         if let Some(number) = words.get(b'T') {
             self.modal.next_tool = number.clamp(0.0, f64::from(u32::MAX)) as u32;

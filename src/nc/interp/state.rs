@@ -109,6 +109,8 @@ pub struct Modal {
     pub arc_feed: ArcFeed,
     /// Commanded spindle speed, rev/s.
     pub speed_rps: f64,
+    /// Highest speed that the program allows (G92 S), rev/s.
+    pub most_rps: f64,
     /// +1 clockwise, −1 counter-clockwise, 0 stopped.
     pub turning: i8,
     /// Coolant or mist is on.
@@ -141,6 +143,7 @@ impl Default for Modal {
             feed_mode: FeedMode::PerMinute,
             feed: FeedWord { value: 0.0, word: None, computed: false },
             speed_rps: 0.0,
+            most_rps: f64::INFINITY,
             turning: 0,
             coolant: false,
             tool: 0,

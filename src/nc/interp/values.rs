@@ -1,7 +1,6 @@
 //! Values of expressions, and assignments. In: the text of an expression and the variables as they are. Out: its value, and a
 //! doubt where that depends on a variable that only the control knows.
 
-use super::calls::LOCALS;
 use super::interpreter::{Family, Interpreter};
 use crate::diag::Span;
 use crate::nc::doubt::Doubt;
@@ -26,7 +25,7 @@ impl<F: Family> Interpreter<'_, F> {
         let decides = match token.kind {
             TokenKind::Computed(b'F' | b'N') => u32::MAX,
             TokenKind::Computed(_) => 0,
-            _ => *LOCALS.end(),
+            _ => self.dialect().last_local,
         };
         let increment = match token.kind {
             TokenKind::Computed(letter) => self.least_increment(letter),

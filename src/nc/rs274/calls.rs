@@ -166,9 +166,15 @@ impl Interpreter<'_, Rs274> {
             return;
         }
         let target = words.get(b'P').map(|p| p as u32);
-        self.return_from_call();
+        let within = self.dialect().m99_stays_within && target.is_some();
+        if !within {
+            self.return_from_call();
+        }
         if let Some(number) = target {
-            match self.labels().numbered(number, self.block.id.0) {
+            let from = if within { self.block.id.0 } else { (self.flow.at as u32).saturating_sub(1) };
+            let labels = self.labels();
+            let own = |block: &u32| labels.start_of_program(*block) == labels.start_of_program(from);
+            match labels.numbered(number, from).filter(own) {
                 Some(block) => self.jump(block as usize),
                 None => self.no_routine(span, &format!("N{number}")),
             }

@@ -158,7 +158,7 @@ impl Interpreter<'_, Rs274> {
     }
 
     fn o_repeat(&mut self, block: BlockId, label: &str, rest: &[Token], text: &[u8]) {
-        let times = rest.first().and_then(|token| self.value(*token, text)).unwrap_or(0.0);
+        let times = rest.first().and_then(|token| self.value(*token, text)).unwrap_or(0.0).round();
         if times < 1.0 {
             self.jump_after(block.0, label, &["ENDREPEAT"], 1);
         } else {

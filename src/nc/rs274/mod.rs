@@ -16,7 +16,6 @@ use state::Rs274;
 use super::dialect::PERMANENT;
 use super::doubt::Doubt;
 use super::environment::Environment;
-use super::interp::calls::LOCALS;
 use super::interp::interpreter::{Family, Interpreter, Setting};
 use super::interp::labels::{Labels, Way};
 use super::interp::state::After;
@@ -107,7 +106,7 @@ impl Family for Rs274 {
         if PROBED.contains(&number) {
             run.doubt(Doubt::Probe, place);
         }
-        if number == 0 || LOCALS.contains(&number) && run.has_own_locals() {
+        if number == 0 || run.local_numbers().contains(&number) && run.has_own_locals() {
             return 0;
         }
         run.unknown_when_unrolled(place, number);

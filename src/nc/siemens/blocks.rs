@@ -17,7 +17,7 @@ use crate::nc::interp::state::Corner;
 use crate::nc::interp::state::Length;
 use crate::nc::interp::state::Motion;
 use crate::nc::interp::values::left_of;
-use crate::nc::interp::words::Words;
+use crate::nc::interp::words::{Code, Words};
 use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::{FeedMode, Freeze, PathMode};
 use crate::units::mm_s_from_mm_min;
@@ -140,6 +140,7 @@ impl Interpreter<'_, Siemens> {
                         "CFTCP" => self.modal.arc_feed = ArcFeed::Centre,
                         "CFIN" => self.modal.arc_feed = ArcFeed::Inside,
                         _ if WITHOUT_EFFECT.contains(&name.as_str()) => {}
+                        _ if modal => self.siemens_call(&name, Vec::new(), true, token.span, words),
                         _ if self.call_siemens(&name, repeats(words), Vec::new()) => words.called.push(token.span),
                         _ => {
                             self.doubt(Doubt::MissingProgram, token.span);
@@ -163,14 +164,19 @@ impl Interpreter<'_, Siemens> {
         }
         if let (Some(number), Some(place)) = (words.get(b'L'), words.span(b'L')) {
             let name = format!("L{number}");
-            if self.call_siemens(&name, repeats(words), Vec::new()) {
+            if modal {
+                self.siemens_call(&name, Vec::new(), true, place, words);
+            } else if self.call_siemens(&name, repeats(words), Vec::new()) {
                 words.called.push(place);
             } else {
                 self.no_routine(place, &name);
             }
         }
-        if words.has_m(170) {
+        // In a subprogram M2 and M30 return as M17 does.
+        let ends = |(code, _): &Code| matches!(code, 20 | 300);
+        if words.has_m(170) || self.in_subprogram() && words.m.iter().any(ends) {
             self.siemens_return();
+            words.m.retain(|code| !ends(code));
         }
         // The spindle becomes an axis.
         if words.has_m(700) {
@@ -201,7 +207,11 @@ impl Interpreter<'_, Siemens> {
 
     /// `DEF REAL A, B=5`: names without a value begin at zero.
     fn define(&mut self, tokens: &[Token], text: &[u8], words: &mut Words) {
+        let is_whole = tokens.get(1).is_some_and(|token| token.span.of(text).eq_ignore_ascii_case(b"INT"));
         for token in tokens.iter().skip(2) {
+            if is_whole {
+                self.family.whole.insert(left_of(token.span.of(text)));
+            }
             match token.kind {
                 TokenKind::Name => {
                     let name = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
@@ -233,7 +243,10 @@ impl Interpreter<'_, Siemens> {
             ("CHF", _) => self.corner_after(Corner::Chamfer(value * self.modal.unit_mm()), token.span),
             ("CHR", _) => self.corner_after(Corner::Legs(value * self.modal.unit_mm()), token.span),
             ("I1" | "J1" | "K1", _) => {
-                self.family.through[usize::from(name.as_bytes()[0] - b'I')] = Some(value * self.modal.unit_mm());
+                let way = bytes[equals + 1..].trim_ascii_start().to_ascii_uppercase();
+                let by_steps = way.starts_with(b"IC(") || self.modal.incremental && !way.starts_with(b"AC(");
+                let point = Some((value * self.modal.unit_mm(), by_steps));
+                self.family.through[usize::from(name.as_bytes()[0] - b'I')] = point;
             }
             ("RNDM", _) if value == 0.0 => {}
             ("RNDM", _) => {
@@ -305,6 +318,7 @@ impl Interpreter<'_, Siemens> {
 
     /// Sets `R12` or a variable by its name.
     pub(crate) fn set_variable(&mut self, name: &str, value: f64) {
+        let value = if self.family.whole.contains(name) { value.round() } else { value };
         match name.strip_prefix('R').and_then(|number| number.parse().ok()) {
             Some(index) => {
                 self.parameters.numbered.insert(index, value);
@@ -318,8 +332,13 @@ impl Interpreter<'_, Siemens> {
         match code {
             600 => self.modal.path_mode = PathMode::ExactStop,
             6410..=6450 => self.modal.path_mode = PathMode::Continuous,
-            700 | 7000 => self.modal.inch = true,
-            710 | 7100 => self.modal.inch = false,
+            700 | 710 | 7000 | 7100 => {
+                self.modal.inch = code == 700 || code == 7000;
+                // G70 and G71 leave F in the basic unit of the control, which is program_unit of the setup.
+                if self.modal.inch != self.env.inch && code < 1000 {
+                    self.doubt(Doubt::Unit, words.g.first().map_or_else(Span::default, |g| g.1));
+                }
+            }
             580 | 590 if shifts_frame(words) => {}
             5000 | 5050..=5990 => self.select_wcs(code, words),
             3310 | 3320 => self.modal.motion = Motion::Synchronised,

@@ -16,7 +16,7 @@ use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::Freeze;
 
 /// Calls that move nothing here.
-const WITHOUT_EFFECT: [&str; 8] = ["MSG", "SETAL", "G4", "WORKPIECE", "CYCLE832", "SETMS", "STOPRE", "ORISOF"];
+const WITHOUT_EFFECT: [&str; 7] = ["MSG", "SETAL", "G4", "WORKPIECE", "CYCLE832", "STOPRE", "ORISOF"];
 
 /// Beginnings of the names of the control's own cycles: they cut and come back, and leave frame and feed as they were. Those
 /// that measure (CYCLE97x) set offsets.
@@ -47,6 +47,7 @@ impl Interpreter<'_, Siemens> {
     ) {
         match name {
             _ if WITHOUT_EFFECT.contains(&name) => {}
+            "SETMS" if arguments.iter().all(|spindle| spindle.is_none_or(|number| number == 1.0)) => {}
             "FGROUP" => self.feed_group(span),
             "CYCLE800" if arguments.iter().all(|value| value.unwrap_or(0.0) == 0.0) => self.regain_frame(),
             "CYCLE800" | "TRAORI" => self.lose_frame(span, name, ENDS_LOST_FRAME),
@@ -121,7 +122,15 @@ impl Interpreter<'_, Siemens> {
     }
 
     /// `PROC NAME(REAL A, INT B=5)`: the arguments of the call by the names they have here.
+    ///
+    /// SAVE: at its end the modes and the frame of the caller are in force again (840D sl Function Manual K2, subroutine with SAVE).
     pub(crate) fn procedure(&mut self, tokens: &[Token], text: &[u8]) {
+        let saves = |token: &Token| token.kind == TokenKind::Name && token.span.of(text).eq_ignore_ascii_case(b"SAVE");
+        if tokens.iter().any(saves)
+            && let Some(call) = self.flow.calls.last_mut()
+        {
+            call.restores = Some(Box::new((self.modal, self.frame.clone())));
+        }
         let passed = std::mem::take(&mut self.family.passed);
         let Some(head) = tokens.iter().find(|token| token.kind == TokenKind::Call) else { return };
         let bytes = head.span.of(text);
@@ -133,7 +142,10 @@ impl Interpreter<'_, Siemens> {
             let Some(variable) = left.split_whitespace().last() else { continue };
             let default = default.and_then(|text| self.evaluate(head.span, text.trim().as_bytes(), 0).ok());
             let value = passed.get(index).copied().flatten().or(default).unwrap_or(0.0);
-            self.parameters.set_name(variable, value);
+            if left.split_whitespace().any(|word| word == "INT") {
+                self.family.whole.insert(variable.to_owned());
+            }
+            self.set_variable(variable, value);
             self.family.defined.insert(variable.to_owned());
             if left.split_whitespace().next() == Some("VAR") {
                 let said = format!("{variable} is not handed back to the caller");

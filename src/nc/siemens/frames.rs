@@ -68,7 +68,8 @@ impl Interpreter<'_, Siemens> {
 
     fn add_rotation(&mut self, axis_words: [Option<f64>; 3], in_plane: Option<f64>) -> bool {
         let planes = [Plane::Yz, Plane::Zx, Plane::Xy];
-        let mut turns = (0..3).filter_map(|axis| axis_words[axis].map(|degrees| (planes[axis], degrees)));
+        let turned = (0..3).filter_map(|axis| axis_words[axis].map(|degrees| (planes[axis], degrees)));
+        let mut turns = turned.filter(|(_, degrees)| *degrees != 0.0);
         let asked = in_plane.map(|degrees| (self.modal.plane, degrees)).or_else(|| turns.next());
         let Some((plane, degrees)) = asked else { return true };
         let before = self.frame.rotation.map_or(0.0, |(_, _, angle)| angle);

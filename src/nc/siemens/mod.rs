@@ -35,7 +35,13 @@ impl Family for Siemens {
     const EDGES_BY_D: bool = true;
 
     fn new() -> Self {
-        Self { modal_call: None, passed: Vec::new(), defined: BTreeSet::new(), through: [None; 3] }
+        Self {
+            modal_call: None,
+            passed: Vec::new(),
+            defined: BTreeSet::new(),
+            whole: BTreeSet::new(),
+            through: [None; 3],
+        }
     }
 
     fn block(run: &mut Interpreter<'_, Self>, block: BlockId, words: &mut Words) -> After {

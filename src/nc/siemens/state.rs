@@ -10,8 +10,10 @@ pub(crate) struct Siemens {
     pub(super) passed: Vec<Option<f64>>,
     /// Names of variables that DEF and PROC have made.
     pub(super) defined: BTreeSet<String>,
-    /// The point that CIP goes through, mm.
-    pub(super) through: [Option<f64>; 3],
+    /// Those of them that hold whole numbers.
+    pub(super) whole: BTreeSet<String>,
+    /// The point that CIP goes through, mm, and whether it is given by steps.
+    pub(super) through: [Option<(f64, bool)>; 3],
 }
 
 /// A cycle that MCALL repeats at every position.
