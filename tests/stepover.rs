@@ -63,8 +63,13 @@ fn step_overs_for_five_newtons_are_those_of_the_layer_model() {
 
 /// A part of a concave cylinder of 40 mm radius, 12 mm along X, from 10 to 60 degrees.
 fn small_cylinder() -> Vec<[[f64; 3]; 3]> {
-    surfaces::sheet([12, 250], |u, v| {
-        let slope = (10.0 + 50.0 * v).to_radians();
+    part_of_cylinder(60.0)
+}
+
+/// The same up to a slope.
+fn part_of_cylinder(up_to_deg: f64) -> Vec<[[f64; 3]; 3]> {
+    surfaces::sheet([12, (5.0 * (up_to_deg - 10.0)) as usize], |u, v| {
+        let slope = (10.0 + (up_to_deg - 10.0) * v).to_radians();
         [12.0 * u, 40.0 * slope.sin(), -40.0 * slope.cos()]
     })
 }
@@ -196,8 +201,8 @@ fn passes_up_a_cylinder_are_arcs() {
 /// keeps it depends on how passes are written.
 #[test]
 fn every_dialect_and_unit_is_read_back_as_the_same_passes() {
-    let patch = surfaces::sheet([24, 24], |u, v| [4.0 * u, 4.0 * v, (0.5 * u).sin() * 2.0 + v * v]);
-    let stock = "box = { min = [0, 0, -4], max = [4, 4, 4] }";
+    let patch = surfaces::sheet([18, 18], |u, v| [3.0 * u, 3.0 * v, (0.5 * u).sin() * 2.0 + v * v]);
+    let stock = "box = { min = [0, 0, -4], max = [3, 3, 4] }";
     let mut first = None;
     for (dialect, unit) in [
         ("linuxcnc", "mm"),
@@ -319,12 +324,12 @@ fn scallops_of_a_bull_nose_on_slopes_are_those_of_the_swept_volume() {
 /// A bull-nose end on a slope in both directions, turned by 30 degrees: force and scallop are held.
 #[test]
 fn a_bull_nose_up_a_slope_holds_its_force_and_its_scallop() {
-    let patch = surfaces::sheet([40, 40], |u, v| {
-        let (x, y) = (10.0 * u, 10.0 * v);
+    let patch = surfaces::sheet([24, 24], |u, v| {
+        let (x, y) = (6.0 * u, 6.0 * v);
         [x, y, 0.35 * x + 0.2 * y - 0.02 * x * x]
     });
     let folder = tempfile::tempdir().unwrap();
-    let path = setup_for(folder.path(), "box = { min = [0, 0, -4], max = [10, 10, 5] }");
+    let path = setup_for(folder.path(), "box = { min = [0, 0, -4], max = [6, 6, 5] }");
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, text.replace("shape = \"ball\"", "shape = \"bull\"\ncorner_radius = 1.5")).unwrap();
     let (part, json) = (folder.path().join("part.stl"), folder.path().join("r.json"));
@@ -339,18 +344,18 @@ fn a_bull_nose_up_a_slope_holds_its_force_and_its_scallop() {
     assert!(varying["scallop_beyond_percent"].as_f64().unwrap() == 0.0, "{varying}");
     println!("{} passes", varying["passes"]);
     assert!(varying["simulated"]["force_p99_n"].as_f64().unwrap() <= 12.0 * 1.01, "{varying}");
-    assert!(varying["simulated"]["contact_mm"].as_f64().unwrap() > 100.0, "{varying}");
+    assert!(varying["simulated"]["contact_mm"].as_f64().unwrap() > 36.0, "{varying}");
 }
 
 /// A saddle, along which the contact wanders over the tool: the force and the scallop of the written motions are within what is asked for,
 /// passes, leads and links. A force that no allowed feed keeps ends with exit code 1, the program written and the sentence said.
 #[test]
 fn limits_hold_on_a_saddle_or_the_exit_code_says_that_they_do_not() {
-    let saddle = surfaces::sheet([40, 32], |u, v| {
-        let (x, y) = (10.0 * u, 8.0 * v);
-        [x, y, ((x - 5.0).powi(2) - (y - 4.0).powi(2)) / 20.0]
+    let saddle = surfaces::sheet([28, 24], |u, v| {
+        let (x, y) = (7.0 * u, 6.0 * v);
+        [x, y, ((x - 3.5).powi(2) - (y - 3.0).powi(2)) / 14.0]
     });
-    let stock = "box = { min = [0, 0, -10], max = [10, 8, 6] }";
+    let stock = "box = { min = [0, 0, -10], max = [7, 6, 6] }";
     let run = |reference: &str| {
         let folder = tempfile::tempdir().unwrap();
         let json = folder.path().join("r.json");
@@ -378,8 +383,7 @@ fn limits_hold_on_a_saddle_or_the_exit_code_says_that_they_do_not() {
 /// there.
 #[test]
 fn stock_left_by_an_earlier_program_is_the_allowance() {
-    let cylinder = small_cylinder();
-    let stl = surfaces::stl(&cylinder);
+    let stl = surfaces::stl(&part_of_cylinder(30.0));
     let surface = Surface::read(&stl, 1.0, 1.4).unwrap();
     let run = |piece: Option<feedwright::stock::Piece>, more: &[&str]| {
         let folder = tempfile::tempdir().unwrap();
@@ -533,8 +537,8 @@ fn options_that_make_no_sense_are_refused_by_name() {
 /// What can be mended is mended and said: triangles that face the wrong way, one in ten or all, without area, or missing one by one.
 #[test]
 fn facets_that_can_be_mended_give_the_program_of_the_good_mesh() {
-    let good = surfaces::sheet([12, 60], |u, v| {
-        let slope = (10.0 + 20.0 * v).to_radians();
+    let good = surfaces::sheet([12, 30], |u, v| {
+        let slope = (10.0 + 10.0 * v).to_radians();
         [4.0 * u, 40.0 * slope.sin(), -40.0 * slope.cos()]
     });
     let turn = |t: &[[f64; 3]; 3]| [t[0], t[2], t[1]];
@@ -542,7 +546,7 @@ fn facets_that_can_be_mended_give_the_program_of_the_good_mesh() {
     let all: Vec<_> = good.iter().map(turn).collect();
     let mut flat = good.clone();
     flat.extend(good.iter().take(5).map(|t| [t[0], t[1], t[1]]));
-    let stock = "box = { min = [0, 6, -42], max = [4, 21, -34] }";
+    let stock = "box = { min = [0, 6, -42], max = [4, 14, -34] }";
     let mut expected = None;
     for (what, mesh, said) in [
         ("good", &good, ""),

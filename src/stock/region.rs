@@ -12,6 +12,9 @@ use super::form::{Form, Reach};
 use crate::machine::Segment;
 use crate::path::Vec3;
 
+/// Radii of an arc that differ by less than this are one: a hundredth of what counts as touching, mm.
+const SAME_RADIUS_MM: f64 = 1e-9;
+
 /// Plane region cleared at one height.
 #[derive(Debug, Clone, Copy)]
 pub enum Region<'a> {
@@ -206,20 +209,34 @@ impl Ring {
         let (x, y) = (p[0] - self.centre[0], p[1] - self.centre[1]);
         ((y.atan2(x) - self.start) * self.sweep.signum()).rem_euclid(std::f64::consts::TAU)
     }
-    /// Is the point of the arc nearest to `p` inside the arc, and not one of its ends?
+    /// Is the point of the arc nearest to `p` inside the arc, and not one of its ends? By the sides of the two radii on which it lies: behind the
+    /// first and before the last, or for more than half a turn one of both.
     pub fn passes(&self, p: [f64; 2]) -> bool {
-        self.ahead(p) <= self.sweep.abs()
+        let side = |from: [f64; 2], to: [f64; 2]| {
+            let [a, b] = [from, to].map(|q| [q[0] - self.centre[0], q[1] - self.centre[1]]);
+            (a[0] * b[1] - a[1] * b[0]) * self.sweep >= 0.0
+        };
+        let sides = [side(self.ends[0], p), side(p, self.ends[1])];
+        if self.sweep.abs() >= std::f64::consts::TAU {
+            true
+        } else if self.sweep.abs() > std::f64::consts::PI {
+            sides.contains(&true)
+        } else {
+            sides == [true; 2]
+        }
     }
     fn distance(&self, p: [f64; 2]) -> f64 {
-        let (x, y) = (p[0] - self.centre[0], p[1] - self.centre[1]);
-        let ahead = self.ahead(p);
         let to_end = |end: [f64; 2]| norm(p[0] - end[0], p[1] - end[1]);
-        let mut nearest = to_end(self.ends[0]).min(to_end(self.ends[1]));
-        if ahead <= self.sweep.abs() {
-            let t = ahead / self.sweep.abs();
-            nearest = nearest.min((norm(x, y) - self.radius[0] - t * (self.radius[1] - self.radius[0])).abs());
-        }
-        nearest - self.reach
+        let nearest = to_end(self.ends[0]).min(to_end(self.ends[1]));
+        let aside = if self.passes(p) {
+            let growth = self.radius[1] - self.radius[0];
+            let grown =
+                if growth.abs() < SAME_RADIUS_MM { 0.0 } else { growth * (self.ahead(p) / self.sweep.abs()).min(1.0) };
+            (norm(p[0] - self.centre[0], p[1] - self.centre[1]) - self.radius[0] - grown).abs()
+        } else {
+            f64::INFINITY
+        };
+        nearest.min(aside) - self.reach
     }
 }
 

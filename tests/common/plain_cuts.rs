@@ -182,19 +182,22 @@ const K_TC: f64 = 780.0;
 const K_TE: f64 = 16.0;
 
 /// Depth that the front of the mill meets at a place: from there down to its tip.
-fn depth(place: [f64; 2], tip_z: f64, before: &[Leg], top: f64) -> f64 {
+fn depth(place: [f64; 2], tip_z: f64, before: &[&Leg], top: f64) -> f64 {
     if (0..2).any(|k| place[k] < 0.0 || place[k] > BLOCK_MM[k]) {
         return 0.0;
     }
-    let stands = |leg: &&Leg| {
-        let along = [leg.to[0] - leg.from[0], leg.to[1] - leg.from[1]];
-        let off = [place[0] - leg.from[0], place[1] - leg.from[1]];
-        let square = along[0] * along[0] + along[1] * along[1];
-        let share = if square > 0.0 { ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
-        (off[0] - share * along[0]).hypot(off[1] - share * along[1]) <= RADIUS_MM
-    };
-    let low = |leg: &Leg| leg.from[2].min(leg.to[2]);
+    let stands = |leg: &&&Leg| square_of_distance(place, leg) <= RADIUS_MM * RADIUS_MM;
+    let low = |leg: &&Leg| leg.from[2].min(leg.to[2]);
     (before.iter().filter(stands).map(low).fold(top, f64::min) - tip_z).max(0.0)
+}
+
+/// Of a place from the line of a leg, mm².
+fn square_of_distance(place: [f64; 2], leg: &Leg) -> f64 {
+    let along = [leg.to[0] - leg.from[0], leg.to[1] - leg.from[1]];
+    let off = [place[0] - leg.from[0], place[1] - leg.from[1]];
+    let square = along[0] * along[0] + along[1] * along[1];
+    let share = if square > 0.0 { ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+    (off[0] - share * along[0]).powi(2) + (off[1] - share * along[1]).powi(2)
 }
 
 /// Power of the cut at a place of a leg: cutting and edge, W, and the way a tooth slides in a turn, mm.
@@ -204,11 +207,14 @@ fn cut(leg: &Leg, at: [f64; 3], before: &[Leg], hidden: &[Hidden]) -> [f64; 3] {
     let top = hidden.iter().map(|h| if let Hidden::Proud(top) = h { *top } else { 0.0 }).sum();
     let (feed_per_tooth, heading) = (feed / leg.rpm / TEETH, run[1].atan2(run[0]));
     let step = PI / DIRECTIONS as f64;
+    // No other leg comes within a radius of the front of the mill.
+    let is_near = |leg: &&Leg| square_of_distance([at[0], at[1]], leg) <= 4.1 * RADIUS_MM * RADIUS_MM;
+    let before: Vec<&Leg> = before.iter().filter(is_near).collect();
     let (mut chips, mut edges, mut met) = (0.0, 0.0, 0.0);
     for k in 0..if length > 0.0 { DIRECTIONS } else { 0 } {
         let ahead = (k as f64 + 0.5) * step - 0.5 * PI;
         let place = [0, 1].map(|axis| at[axis] + RADIUS_MM * (heading + ahead - 0.5 * PI * axis as f64).cos());
-        let depth = depth(place, at[2], before, top);
+        let depth = depth(place, at[2], &before, top);
         let mut factor = 1.0;
         for each in hidden {
             factor *= match *each {
