@@ -213,6 +213,18 @@ fn programs_beside_it_are_called() {
     assert_eq!(path.moves[0].freeze, Some(Freeze::OtherFile));
 }
 
+/// QL belongs to its program; Q and QR are those of all.
+#[test]
+fn local_parameters_are_those_of_their_program() {
+    let load = |name: &str| {
+        (name == "OTHER").then(|| b"0 BEGIN PGM OTHER MM\n1 QL1 = 1\n2 Q1 = 2\n3 END PGM OTHER MM\n".to_vec())
+    };
+    let environment = Environment { load: &load, ..Environment::default() };
+    let text = program("QL1 = 8\nQ1 = 9\nCALL PGM OTHER.H\nL X+QL1 Y+Q1 R0 F100");
+    let path = nc::interpret(&nc::parse(text.into_bytes(), Some(Dialect::Heidenhain)), &environment);
+    assert_eq!(ends(&path), [[8.0, 2.0]]);
+}
+
 #[test]
 fn cycles_that_move_the_zero() {
     assert_ends(

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::error::CliError;
 use super::input;
 use super::learn::{
-    SETUP_OF_TABLE, declared_k_tc, efficiency, finish, load, mapping_or, model_text, open, refused, steady,
+    SETUP_OF_TABLE, declared_k_tc, efficiency, finish, finish_with, load, mapping_or, model_text, open, refused, steady,
 };
 use super::options::{ColumnMap, Common, ForceOn, Global};
 use super::output::{Kind, Outputs};
@@ -195,5 +195,5 @@ fn plan_tests(kind: PlanKind, command: &Calibrate, global: &Global, screen: Scre
     let program = open(&mut outputs, command.output.as_deref(), Kind::Markup)?;
     let plan = plan::plan(kind, &job)
         .map_err(|error| CliError::new(error.to_string(), "see `feedwright schema` for stock and tools"))?;
-    finish(screen, outputs, json, &plan_json(&plan), program, Some(plan.program.clone()), &plan_words(&plan))
+    finish_with(screen, outputs, (json, &plan_json(&plan)), (program, Ok(plan.program.clone())), &plan_words(&plan))
 }

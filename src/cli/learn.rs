@@ -308,18 +308,31 @@ pub(super) fn finish(
     text: Option<String>,
     words: &str,
 ) -> Result<Outcome, CliError> {
+    let read_back = text.map(|text| setup::load_model(&text).map(|_| text));
+    let text = match read_back {
+        Some(Ok(text)) => Ok(text),
+        Some(Err(error)) => Err(format!("no model file was written, for none could be read back: {error}")),
+        None => Err("no model file was written: the data do not support one".to_owned()),
+    };
+    finish_with(screen, outputs, (json, report), (model, text), words)
+}
+
+/// The same for a file whose text is ready, or the reason why there is none.
+pub(super) fn finish_with(
+    screen: Screen,
+    outputs: Outputs,
+    (json, report): (Option<Output>, &str),
+    (model, text): (Option<Output>, Result<String, String>),
+    words: &str,
+) -> Result<Outcome, CliError> {
     let quiet = json.as_ref().is_some_and(Output::is_stdout) || model.as_ref().is_some_and(Output::is_stdout);
     if let Some(output) = json {
         output.write(report.as_bytes())?;
     }
     if let Some(output) = model {
-        match text.map(|text| setup::load_model(&text).map(|_| text)) {
-            Some(Ok(text)) => output.write(text.as_bytes())?,
-            refused => {
-                let why = match refused {
-                    Some(Err(error)) => format!("no model file was written, for none could be read back: {error}"),
-                    _ => "no model file was written: the data do not support one".to_owned(),
-                };
+        match text {
+            Ok(text) => output.write(text.as_bytes())?,
+            Err(why) => {
                 let old = output.existing().map_or_else(String::new, |old| {
                     format!("; {} is that of an earlier run, and not of these data", old.display())
                 });

@@ -7,7 +7,7 @@
 //! "M-Codes"; Siemens 840D Programming Guide Fundamentals, predefined M functions; HEIDENHAIN TNC 640 Klartext manual, overview of
 //! miscellaneous functions.
 
-use super::expr::Language;
+use super::expr::{LASTING_Q, LOCAL_Q, Language};
 use crate::units::MM_PER_INCH;
 use std::ops::RangeInclusive;
 
@@ -154,8 +154,8 @@ pub(crate) struct Properties {
     pub(crate) g110_is_offset: bool,
     /// M99 P of a subprogram goes on there, in the subprogram; elsewhere it returns to that block of the caller.
     pub(crate) m99_stays_within: bool,
-    /// Numbered variables from 1 to here are local to a call with arguments.
-    pub(crate) last_local: u32,
+    /// Numbered variables that are local to a call with arguments.
+    pub(crate) locals: RangeInclusive<u32>,
     /// The entry of radius compensation ends square to the element after it; else to its own end.
     pub(crate) entry_square_to_next: bool,
 }
@@ -234,7 +234,7 @@ const GENERIC: Properties = Properties {
     origin_at_tool: None,
     jumps_to_numbers: true,
     // Fanuc B-64304EN, Custom macro, Variables: #1 to #33.
-    last_local: 33,
+    locals: 1..=33,
     g92_limits_speed: true,
     g110_is_offset: false,
     m99_stays_within: false,
@@ -298,7 +298,7 @@ const TABLE: &[Properties] = &[
         retract_to_r: true,
         no_motion_after_g80: true,
         g92_limits_speed: false,
-        last_local: 30,
+        locals: 1..=30,
         g76_cuts_threads: true,
         k_repeats: false,
         g8_is_for_lathes: true,
@@ -315,7 +315,7 @@ const TABLE: &[Properties] = &[
         lasting_variables_from: 1000,
         macro_b: false,
         g92_limits_speed: false,
-        last_local: 30,
+        locals: 1..=30,
         dollar_commands: true,
         corner_words: false,
         k_repeats: false,
@@ -356,6 +356,8 @@ const TABLE: &[Properties] = &[
         feed_digits: [0, 1],
         decimals: 5,
         counts_blocks: true,
+        // QL is local to a program (TNC 640, Klartext Programming, Q parameters).
+        locals: LOCAL_Q..=LASTING_Q - 1,
         m_codes: M_HEIDENHAIN,
         lasting_variables_from: u32::MAX,
         macro_b: false,

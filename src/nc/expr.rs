@@ -376,13 +376,14 @@ impl<'a> Reader<'a> {
         let first = self.brackets_or_pair()?;
         let (x, second) = first;
         let value = match (name.as_str(), second) {
-            ("ATAN" | "ATAN2", Some(y)) => x.atan2(y).to_degrees(),
+            ("ATAN" | "ATAN2", Some(y)) => self.angle(x, y),
             ("ATAN", None) => {
                 self.blanks();
                 if self.peek() == Some(b'/') {
                     self.at += 1;
                     self.blanks();
-                    x.atan2(self.brackets()?.value).to_degrees()
+                    let y = self.brackets()?.value;
+                    self.angle(x, y)
                 } else {
                     x.atan().to_degrees()
                 }
@@ -397,6 +398,11 @@ impl<'a> Reader<'a> {
             _ => return Err(ExprError::Unknown(name)),
         };
         if value.is_finite() { Ok(value) } else { Err(ExprError::Undefined("a function")) }
+    }
+    /// Direction of (y, x), degrees: from -180 to 180, in Macro B from 0 to 360 (Fanuc parameter 6004#0 as it is delivered).
+    fn angle(&self, x: f64, y: f64) -> f64 {
+        let degrees = x.atan2(y).to_degrees();
+        if self.parameters.is_macro_b() && degrees < 0.0 { degrees + 360.0 } else { degrees }
     }
     fn brackets_or_pair(&mut self) -> Result<(f64, Option<f64>), ExprError> {
         let open = self.at;
@@ -447,11 +453,15 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// Index of QL0 and of QR0.
+pub const LOCAL_Q: u32 = 10_000_000;
+pub const LASTING_Q: u32 = 20_000_000;
+
 /// Index of a parameter from what follows its letter: `5` of R5 and Q5; the local QL5 and the lasting QR5 have their own.
 pub fn parameter_index(text: &str) -> Option<u32> {
     let (base, digits) = match text.as_bytes().first()? {
-        b'L' | b'l' => (10_000_000, &text[1..]),
-        b'R' | b'r' => (20_000_000, &text[1..]),
+        b'L' | b'l' => (LOCAL_Q, &text[1..]),
+        b'R' | b'r' => (LASTING_Q, &text[1..]),
         _ => (0, text),
     };
     digits.parse::<u32>().ok().and_then(|index| index.checked_add(base))
@@ -460,8 +470,8 @@ pub fn parameter_index(text: &str) -> Option<u32> {
 /// How the control names the parameter of this index, whose letter is R or Q: see [`parameter_index`].
 pub fn local_name(letter: char, number: u32) -> String {
     match number {
-        20_000_000.. => format!("{letter}R{}", number - 20_000_000),
-        10_000_000.. => format!("{letter}L{}", number - 10_000_000),
+        LASTING_Q.. => format!("{letter}R{}", number - LASTING_Q),
+        LOCAL_Q.. => format!("{letter}L{}", number - LOCAL_Q),
         _ => format!("{letter}{number}"),
     }
 }
@@ -623,6 +633,7 @@ mod tests {
             ("2 + 4 AND 6", 6.0, 1.0),
             ("FIX[-1.5]", -1.0, -2.0),
             ("FIX[1.5]", 1.0, 1.0),
+            ("ATAN[-1]/[-1]", 225.0, -135.0),
             ("FUP[-1.2]", -2.0, -1.0),
             ("FUP[1.2]", 2.0, 2.0),
             ("BCD[12]", 18.0, 18.0),

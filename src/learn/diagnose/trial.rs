@@ -3,6 +3,7 @@
 use crate::effects::{Effect, Parameter, Place};
 use crate::learn::dataset::samples::{Class, Data};
 use crate::learn::diagnose::candidates::starts;
+use crate::learn::diagnose::criteria::knows_scatter;
 use crate::learn::diagnose::residual::inflation;
 use crate::learn::model::design::FittedEffect;
 use crate::learn::model::fit::{Fitted, fit};
@@ -111,7 +112,19 @@ fn refined_instant(
 
 /// (score, gain) of model `after` over `before` with `k` more parameters.
 pub fn score_of(data: &Data, before: &Fitted, after: &Fitted, k: usize) -> (f64, f64) {
-    score_with(independent(data, after), before, after, k)
+    if data.is_series() {
+        return score_with(independent(data, after), before, after, k);
+    }
+    let n = independent(data, after);
+    let (_, gain) = score_with(n, before, after, k);
+    let gain = gain * share_of_few(data.used().count(), after.model.parameter_count(), k);
+    (gain - k as f64 * n.max(2.0).ln(), gain)
+}
+
+/// Twice the log-likelihood ratio counts every case of n, those too that the parameters of the model before have taken up: n − (p − k) are left
+/// of them. It counts nothing where the model with the k new ones leaves too few to know the scatter by ([`knows_scatter`]).
+fn share_of_few(cases: usize, parameters: usize, k: usize) -> f64 {
+    if knows_scatter(cases, parameters) { (cases + k - parameters) as f64 / cases as f64 } else { 0.0 }
 }
 
 /// Number of samples that count as independent beside a model, n/φ.
@@ -180,6 +193,13 @@ mod tests {
     use crate::learn::dataset::samples::Base;
     use crate::learn::diagnose::made_data::made;
     use crate::path::Vec3;
+
+    /// Nine cuts and a model of four parameters leave five to know the scatter by, eight do not.
+    #[test]
+    fn few_cases_count_for_less_or_nothing() {
+        assert_eq!([8, 9].map(|cases| share_of_few(cases, 4, 1)), [0.0, 6.0 / 9.0]);
+        assert!(share_of_few(10_000, 4, 1) > 0.999);
+    }
 
     /// Cuts along x from 0 to 100 mm at y = 5 mm.
     fn cuts_along_x() -> Data {

@@ -26,6 +26,13 @@ pub struct Model {
     pub effects: Vec<FittedEffect>,
 }
 
+impl Model {
+    /// Number of parameters that are fitted: the base coefficients and the free ones of the effects.
+    pub fn parameter_count(&self) -> usize {
+        self.base.len() + self.effects.iter().map(FittedEffect::free_count).sum::<usize>()
+    }
+}
+
 /// A fitted model.
 #[derive(Debug, Clone)]
 pub struct Fitted {

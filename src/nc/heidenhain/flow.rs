@@ -55,7 +55,9 @@ impl Interpreter<'_, Heidenhain> {
         let name = name.split(';').next().unwrap_or_default().trim().trim_matches('"');
         let name = name.rsplit(['\\', '/']).next().unwrap_or_default();
         let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-        if stem.is_empty() || !(self.call_by_name(name, 1, None) || self.call_by_name(stem, 1, None)) {
+        if stem.is_empty()
+            || !(self.call_by_name(name, 1, Some(Vec::new())) || self.call_by_name(stem, 1, Some(Vec::new())))
+        {
             self.no_routine(place, &format!("program {name}"));
         }
     }

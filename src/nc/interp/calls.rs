@@ -178,7 +178,7 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// Numbers of the variables that are local to a call with arguments.
     pub(crate) fn local_numbers(&self) -> RangeInclusive<u32> {
-        1..=self.dialect().last_local
+        self.dialect().locals.clone()
     }
 
     fn clear_locals(&mut self) {

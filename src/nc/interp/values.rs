@@ -25,7 +25,7 @@ impl<F: Family> Interpreter<'_, F> {
         let decides = match token.kind {
             TokenKind::Computed(b'F' | b'N') => u32::MAX,
             TokenKind::Computed(_) => 0,
-            _ => self.dialect().last_local,
+            _ => *self.dialect().locals.end(),
         };
         let increment = match token.kind {
             TokenKind::Computed(letter) => self.least_increment(letter),
