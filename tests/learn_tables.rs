@@ -175,6 +175,25 @@ fn niu_mean_forces_and_a_polynomial_that_nine_tests_support() {
     let percent = 100.0 * c.train.rmse;
     assert!((7.19..7.3).contains(&percent), "{c:?}");
     assert!(value(&c, "k_tc") >= 0.0 && value(&c, "k_rc") >= 0.0);
+    let is_of_axes = |c: &Calibration| c.doubts.iter().any(|doubt| doubt.contains("--force-on tool"));
+    assert!(!is_of_axes(&c), "{:?}", c.doubts);
+    // The same on the tool, said and not said; one axis turned round.
+    let turned = |signs: [f64; 2], force_on_tool: bool| {
+        let row = |line: &str| {
+            let cells: Vec<&str> = line.rsplitn(3, ',').collect();
+            let [y, x] = [0, 1].map(|k| cells[k].parse::<f64>().unwrap());
+            format!("{},{},{}\n", cells[2], signs[0] * x, signs[1] * y)
+        };
+        let (head, rest) = csv.split_once('\n').unwrap();
+        let frame = columns::read((format!("{head}\n") + &rest.lines().map(row).collect::<String>()).as_bytes(), &[]);
+        let frame = frame.unwrap();
+        let options = CalibrateOptions { force_on_tool, ..CalibrateOptions::default() };
+        calibrate(&frame, &steady_table::rows(&frame, &[]).unwrap(), "linear-edge", options, |y| y).unwrap()
+    };
+    assert_eq!(turned([-1.0, -1.0], true).parameters, c.parameters);
+    for other in [turned([-1.0, -1.0], false), turned([1.0, -1.0], false)] {
+        assert!(is_of_axes(&other), "{other:?}");
+    }
     let p = calibrated(&csv, "polynomial");
     assert!(p.notes.iter().any(|n| n.starts_with("refused: 11 terms")), "{:?}", p.notes);
     assert!(p.parameters.len() < 16, "{:?}", p.parameters);

@@ -106,6 +106,7 @@ fn options<'a>(command: &Calibrate, setup: Option<&'a Job>) -> CalibrateOptions<
         spindle: setup.map(|job| &job.machine.spindle),
         loss,
         declared_k_tc: setup.and_then(declared_k_tc),
+        force_on_tool: command.force_on.is_tool(),
     }
 }
 

@@ -50,4 +50,6 @@ pub struct CalibrateOptions<'a> {
     pub loss: Loss,
     /// k_tc that the setup declares, N/mm².
     pub declared_k_tc: Option<f64>,
+    /// Measured forces act on the tool, not on the workpiece.
+    pub force_on_tool: bool,
 }

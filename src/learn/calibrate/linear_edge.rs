@@ -14,7 +14,11 @@ pub(in crate::learn) fn mean_force(
     rows: &[SteadyRow],
     options: CalibrateOptions,
 ) -> Result<Calibration, DataError> {
-    let (fx, fy) = (frame.needed("force_x_n")?, frame.needed("force_y_n")?);
+    let sign = if options.force_on_tool { -1.0 } else { 1.0 };
+    let on_workpiece = |name: &str| -> Result<Vec<f64>, DataError> {
+        Ok(frame.needed(name)?.into_iter().map(|force| sign * force).collect())
+    };
+    let (fx, fy) = (on_workpiece("force_x_n")?, on_workpiece("force_y_n")?);
     let used: Vec<usize> = (0..rows.len()).filter(|i| fx[*i].is_finite() && fy[*i].is_finite()).collect();
     // Relative least squares: every component is divided by its measured magnitude, but by no less than a tenth of the
     // resultant.

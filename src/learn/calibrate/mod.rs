@@ -21,7 +21,7 @@ pub mod plan;
 pub mod experiment;
 
 use crate::learn::dataset::steady_table::SteadyRow;
-use crate::learn::diagnose::criteria::is_no_calibration;
+use crate::learn::diagnose::criteria::{is_no_calibration, is_no_force_of_these_cuts};
 use crate::learn::diagnose::doubts::of_coefficients;
 use crate::learn::log::columns::{DataError, Frame};
 use crate::learn::log::quantity::OF_SPINDLE;
@@ -45,6 +45,13 @@ pub fn calibrate(
     let judged = matches!(model, "power" | "kienzle" | "layer" | "response") && frame.numbers("force_x_n").is_none();
     if judged && is_no_calibration(result.train.r2) {
         result.doubts.push("the cuts explain next to nothing of what was measured: are columns swapped?".into());
+    }
+    if frame.numbers("force_x_n").is_some() && model == "linear-edge" && is_no_force_of_these_cuts(result.train.rmse) {
+        result.doubts.push(format!(
+            "the forces are not those of these cuts ({:.0} % off): force_x_n is along the feed and force_y_n into the wall, on the workpiece; \
+             for forces on the tool give --force-on tool",
+            100.0 * result.train.rmse
+        ));
     }
     if result.tests <= result.parameters.len() && model != "polynomial" && frame.numbers("force_x_n").is_none() {
         result.doubts.push(format!(

@@ -363,6 +363,9 @@ const MATERIALS_N_MM2: [f64; 2] = [20.0, 20_000.0];
 /// R² below which a model explains next to nothing: of a log or table, and of a calibration. Judgement.
 const NEXT_TO_NOTHING: f64 = 0.2;
 const NEXT_TO_NOTHING_OF_CALIBRATION: f64 = 0.3;
+/// Error of mean forces, relative to each, from which they are not those of the cuts of their table: axes or signs are others. Judgement: the
+/// published tables have 0.12 to 0.2, forces with one axis turned round 0.8.
+const OF_OTHER_AXES: f64 = 0.5;
 /// Condition number of the base fit from which its coefficients cannot be separated. Judgement.
 const INDISTINCT: f64 = 1e6;
 /// Ratio of the error with the effects to that without, on the data kept for the judgement, above which no model is
@@ -452,6 +455,11 @@ pub(in crate::learn) fn explains_next_to_nothing(r2: f64) -> bool {
 /// The same for a calibration.
 pub(in crate::learn) fn is_no_calibration(r2: f64) -> bool {
     r2.is_nan() || r2 < NEXT_TO_NOTHING_OF_CALIBRATION
+}
+
+/// Are mean forces with this error, relative to each, none of the cuts of their table?
+pub(in crate::learn) fn is_no_force_of_these_cuts(error: f64) -> bool {
+    error.is_nan() || error > OF_OTHER_AXES
 }
 
 /// Can the base coefficients be separated?
