@@ -78,11 +78,22 @@ pub fn in_work_frame(log: &mut Log, timeline: &Timeline) {
             }
         }
     }
+    if is_of_other_depth(&shift, timeline) {
+        log.higher_mm = Some(shift.z);
+    }
     log.warnings.push(format!(
         "the positions are not those of the work frame (machine coordinates?): X {:+.3} Y {:+.3} Z {:+.3} mm against \
          the program, taken off",
         shift.x, shift.y, shift.z
     ));
+}
+
+/// Does a shift leave X and Y where they are, and Z within the heights of the path? Another zero of Z and cuts of another depth then look the
+/// same; a shift beyond those heights is that of machine coordinates, or the length of a tool.
+fn is_of_other_depth(shift: &Vec3, timeline: &Timeline) -> bool {
+    let heights = || timeline.spots.iter().flat_map(|spot| [spot.from.z, spot.to.z]);
+    let range_mm = heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
+    shift.xy().amax() <= ON_PATH_MM && (ON_PATH_MM..range_mm).contains(&shift.z.abs())
 }
 
 /// Positions at which the machine moves, spread evenly over the log.
@@ -223,6 +234,18 @@ mod tests {
         in_work_frame(&mut machine, &timeline);
         assert!(machine.warnings[0].contains("X -312.417 Y +148.200 Z -95.050"), "{:?}", machine.warnings);
         assert_eq!(shift_mm(&machine, &timeline), None);
+    }
+
+    #[test]
+    fn a_shift_of_z_within_the_heights_of_the_path_may_be_another_depth() {
+        let timeline = timeline();
+        let higher = |shift: Vec3| {
+            let mut log = log(&timeline, shift, 0.0);
+            in_work_frame(&mut log, &timeline);
+            log.higher_mm.map(f64::round)
+        };
+        assert_eq!(higher(Vec3::new(0.0, 0.0, 4.0)), Some(4.0));
+        assert_eq!([Vec3::new(0.0, 0.0, 120.0), Vec3::new(40.0, -7.3, 4.0), Vec3::zeros()].map(higher), [None; 3]);
     }
 
     #[test]

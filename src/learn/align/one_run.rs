@@ -120,6 +120,7 @@ fn rows(log: &Log, range: Range<usize>) -> Log {
         tool: log.tool.as_ref().map(of),
         measured: log.measured.iter().map(|(name, values)| (*name, of(values))).collect(),
         on_change: log.on_change,
+        higher_mm: log.higher_mm,
         warnings: log.warnings.clone(),
     }
 }

@@ -34,6 +34,12 @@ pub fn of_log(report: &LearnReport, aligned: &Aligned, timeline: &Timeline, log:
             100.0 * aligned.misfit
         ));
     }
+    if let Some(higher_mm) = log.higher_mm {
+        doubts.push(format!(
+            "the positions lie {higher_mm:+.3} mm in Z beside the path, where X and Y agree: how deep these cuts are is not known (is it the log of \
+             another program? If its zero was another one, take {higher_mm:+.3} off its Z)"
+        ));
+    }
     let standing = measured_feed(log, aligned, timeline).map_or(0.0, |feed| feed.standing(aligned, timeline));
     if stands_too_long(standing) {
         doubts.push(format!(

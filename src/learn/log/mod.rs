@@ -182,6 +182,7 @@ fn of_columns(frame: &Frame) -> Result<Log, DataError> {
         tool: take("tool").filter(known).map(carried),
         measured,
         on_change: false,
+        higher_mm: None,
         warnings,
     })
 }

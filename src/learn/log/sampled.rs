@@ -20,6 +20,8 @@ pub struct Log {
     /// Are there rows only when a value changes? Then values hold until the next row, and a time without rows is no
     /// gap.
     pub on_change: bool,
+    /// How much higher it lies than the path of its program, mm, where X and Y agree: the depth of its cuts is then not known.
+    pub higher_mm: Option<f64>,
     /// Warnings.
     pub warnings: Vec<String>,
 }
