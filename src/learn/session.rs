@@ -173,6 +173,7 @@ pub fn learn_with_data(
     if covers_in_part(covered) {
         report.warnings.push(format!("the log covers {:.0} % of the program", 100.0 * covered));
     }
+    report.warnings.extend(slow_readings(log));
     report.warnings.extend(unseen_ends(&aligned, &prepared.timeline));
     // What stops at a ceiling says nothing of the coefficients.
     let (below, _) = without_ceilings(&data, &options.diagnosis.criteria);
@@ -334,6 +335,20 @@ fn found_by_load(
 
 /// Longest step from reading to reading at which a load can be found in its program, s: eight readings in a window of the alignment.
 const STEP_TO_BE_FOUND_S: f64 = 0.75;
+
+/// Readings so far apart smear entries and corners where each is a mean: a cut of 10 mm at 1200 mm/min takes half a second.
+const SMEARS_S: f64 = 0.5;
+
+/// In words, if readings are far apart.
+fn slow_readings(log: &Log) -> Option<String> {
+    let step_s = median_step(&log.time_s);
+    (step_s >= SMEARS_S && !log.measured.is_empty()).then(|| {
+        format!(
+            "readings are {step_s:.2} s apart: if each is a mean over that time, it smears entries and corners, what follows the distance since \
+             entry is its own, and peaks are missing; read it five times a second or more"
+        )
+    })
+}
 
 /// Why a log cannot be found in its program by its load alone.
 fn not_found(log: &Log, timeline: &Timeline) -> String {
