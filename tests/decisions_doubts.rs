@@ -20,7 +20,7 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 77] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 82] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
     ("stop by a variable", "#3006=1 (TURN PART)", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
@@ -81,6 +81,16 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 77] = [
         "R1=1\nIF R1==1 AND R1<2 GOTOF END1\nG0 Y12\nEND1:",
         Dialect::Siemens,
         Doubt::UnknownValue,
+    ),
+    ("radius of an offset that stands alone", "D21\nG1 G41 X0. F300.\nG40 X5.", Dialect::Fanuc, Doubt::Compensation),
+    ("dwell beside a motion", "G1 X5. G4 P200 F300.", Dialect::Fanuc, Doubt::UnknownCode),
+    ("polar about the tool", "G16\nG1 X5 Y10 F300\nG15", Dialect::Grbl, Doubt::UnknownCode),
+    ("depths that differ", "CYCLE81(10,0,2,-1,3)", Dialect::Siemens, Doubt::UnknownValue),
+    (
+        "shift in a turned system",
+        "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+90\nCYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 Y+2\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\nCYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 Y+0",
+        Dialect::Heidenhain,
+        Doubt::ZeroShift,
     ),
     ("condition without GOTO or THEN", "IF [1 EQ 1] G0 Y12.", Dialect::Fanuc, Doubt::UnknownCode),
     ("origin set", "G10 L2 P1 X5. Y0 Z0", Dialect::Fanuc, Doubt::ZeroShift),

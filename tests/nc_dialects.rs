@@ -176,6 +176,11 @@ fn words_end_where_their_control_ends_them() {
     for (dialect, text, end) in [
         // Only the angle is a step: the pole stays at the zero.
         (Dialect::Fanuc, "G0 X0. Y0. Z5.\nG16\nG1 X50. Y30. F100.\nG91 Y60.\nG15\nM30\n", [0.0, 50.0, 5.0]),
+        // One register for both.
+        (Dialect::LinuxCnc, "G21 G0 X0 Y0 Z5\nG92 X10\nG52 X0\nG1 X3 F100\nM2\n", [3.0, 0.0, 5.0]),
+        (Dialect::LinuxCnc, "G21 G0 X0 Y0 Z5\nG1 X-40 F100 G4 P0.2\nM2\n", [-40.0, 0.0, 5.0]),
+        (Dialect::Fanuc, "G0 X0. Y0. Z5.\nG52 X10.\nG92 X0.\nG52 X0.\nG1 X5. F100.\nM30\n", [5.0, 0.0, 5.0]),
+        (Dialect::Grbl, "G21 G0 X0 Y0 Z5\nG51 X2 Y2\nG1 X10 Y4 F100\nM30\n", [20.0, 8.0, 5.0]),
         // About the tool where no centre is named.
         (Dialect::Fanuc, "G0 X20. Y10. Z5.\nG51 P2.\nG1 X40. Y10. F100.\nM30\n", [60.0, 10.0, 5.0]),
         // A Fanuc returns to N100 of the caller, a Haas goes on there.
@@ -233,6 +238,9 @@ fn words_end_where_their_control_ends_them() {
     // From (30, 0) by (10 on, 10 up) to (50, 0): half a turn of 10 mm about (40, 0).
     let path = read("G0 X30 Y0 Z5\nCIP X50 Y0 I1=IC(10) J1=IC(10) F100\nM30\n", Dialect::Siemens);
     assert!((path.moves[1].curve().length() - 10.0 * std::f64::consts::PI).abs() < 1e-6);
+    // R alone: whether the cycle is made again there is not known.
+    let path = read("G0 X0 Y0 Z5.\nG99 G81 X5. Z-1. R2. F300.\nR1.\nX9.\nG80\nM30\n", Dialect::Fanuc);
+    assert_eq!(path.doubts.len(), 1, "{:?}", path.diagnostics);
     // S beside G92 is the highest speed.
     let turns = |text: &str, dialect| read(text, dialect).moves.last().unwrap().spin.rps * 60.0;
     assert!((turns("G21 S2000 M3\nG92 S9000\nG1 X5. F100.\nM30\n", Dialect::Fanuc) - 2000.0).abs() < 1e-9);

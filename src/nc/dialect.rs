@@ -156,6 +156,12 @@ pub(crate) struct Properties {
     pub(crate) m99_stays_within: bool,
     /// Numbered variables that are local to a call with arguments.
     pub(crate) locals: RangeInclusive<u32>,
+    /// G52 and G92 set one and the same shift.
+    pub(crate) g52_is_g92: bool,
+    /// X, Y and Z of G51 are factors, and G16 has its pole where the tool stands.
+    pub(crate) g51_has_factors: bool,
+    /// G93: F of an arc is the speed over its radius, not over its length.
+    pub(crate) arcs_by_radius: bool,
     /// The entry of radius compensation ends square to the element after it; else to its own end.
     pub(crate) entry_square_to_next: bool,
 }
@@ -238,6 +244,9 @@ const GENERIC: Properties = Properties {
     g92_limits_speed: true,
     g110_is_offset: false,
     m99_stays_within: false,
+    g52_is_g92: false,
+    g51_has_factors: false,
+    arcs_by_radius: false,
     entry_square_to_next: false,
 };
 
@@ -257,6 +266,8 @@ const FANUC: Properties = Properties {
     scales_in_thousandths: true,
     // Fanuc B-64304EN, G10 L20 Pn: G54.1 Pn; Haas Mill Operator's Manual: G154 Pn.
     origin_at_tool: Some(false),
+    // Fanuc B-62764EN, Inverse time feed: FRN = speed / radius.
+    arcs_by_radius: true,
     entry_square_to_next: true,
     ..GENERIC
 };
@@ -276,6 +287,7 @@ const TABLE: &[Properties] = &[
         scales_in_thousandths: false,
         // Haas Mill Operator's Manual: G110 is G154 P1; M99 P.
         g110_is_offset: true,
+        arcs_by_radius: false,
         m99_stays_within: true,
         ..FANUC
     },
@@ -299,6 +311,8 @@ const TABLE: &[Properties] = &[
         no_motion_after_g80: true,
         g92_limits_speed: false,
         locals: 1..=30,
+        // LinuxCNC documentation, G92 and G52 interaction: they share the offset registers.
+        g52_is_g92: true,
         g76_cuts_threads: true,
         k_repeats: false,
         g8_is_for_lathes: true,
@@ -316,6 +330,8 @@ const TABLE: &[Properties] = &[
         macro_b: false,
         g92_limits_speed: false,
         locals: 1..=30,
+        // Mach3 G-code manual, G51 and G16; grblHAL, issue 27.
+        g51_has_factors: true,
         dollar_commands: true,
         corner_words: false,
         k_repeats: false,

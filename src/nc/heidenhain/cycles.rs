@@ -46,6 +46,9 @@ impl Interpreter<'_, Heidenhain> {
                     // A line of a table that only the control has.
                     self.doubt(Doubt::ZeroShift, place);
                 }
+                if !self.frame.is_plain() && axis_words.iter().flatten().any(|(_, value)| *value != 0.0) {
+                    self.built_up(place);
+                }
                 for (axis, word) in axis_words.into_iter().enumerate() {
                     let Some((letter, value)) = word else { continue };
                     let before = if words.is_incremental(letter) { self.frame.local[axis] } else { 0.0 };
@@ -57,6 +60,7 @@ impl Interpreter<'_, Heidenhain> {
                 let size = self.factors().abs();
                 self.stretch_by(Vec3::from_fn(|axis, _| if mirrored(axis) { -size[axis] } else { size[axis] }));
             }
+            (10, _) if self.factors().min() < 0.0 && value.is_some_and(|angle| angle != 0.0) => self.built_up(place),
             (10, _) => {
                 let before = self.frame.rotation.map_or(0.0, |(_, _, angle)| if name("IROT") { angle } else { 0.0 });
                 let angle = before + value.unwrap_or(0.0).to_radians();
@@ -96,6 +100,14 @@ impl Interpreter<'_, Heidenhain> {
             }
         }
         self.reframe();
+    }
+
+    /// Shifts, mirrors and turns that build up on one another in an order other than shift, turn, mirror or scale are not followed (TNC 620, User's
+    /// Manual Setup, Working plane coordinate system: the result depends on the sequence).
+    fn built_up(&mut self, place: Span) {
+        self.doubt(Doubt::ZeroShift, place);
+        let text = "a shift, turn or mirror upon another is not followed in this order";
+        self.say("nc::frame", Severity::Warning, place, text, "write the shift first, then the turn, then the mirror");
     }
 
     /// The factors of the axes that mirror (8) and scaling (11) have put in force.

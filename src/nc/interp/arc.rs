@@ -9,7 +9,7 @@ use super::interpreter::{Family, Interpreter};
 use super::state::Motion;
 use super::words::Words;
 use crate::diag::{Severity, Span};
-use crate::nc::toolpath::MoveKind;
+use crate::nc::toolpath::{FeedMode, MoveKind};
 use crate::path::{Arc, Curve, Plane, Vec3};
 
 /// Difference of start and end radius from which on there is a warning, mm; from ten times that on it is an error.
@@ -32,7 +32,13 @@ impl<F: Family> Interpreter<'_, F> {
             return self.misread("nc::arc", place, why, "the block is left as it is");
         }
         let from = self.place.programmed;
-        let turns = words.get(b'P').map_or(1.0, |p| p.round().max(1.0));
+        // P beside a call names the program.
+        let turns = words.get(b'P').filter(|_| !words.has_m(980) && !words.has_m(970));
+        let turns = turns.map_or(1.0, |p| p.round().max(1.0));
+        if self.modal.feed_mode == FeedMode::InverseTime && self.dialect().arcs_by_radius {
+            self.cuts_unseen();
+            self.not_understood("nc::inverse-time", place, "F of an arc under G93 is over its radius here", "");
+        }
         let centre = match words.get(b'R') {
             Some(radius) => self.centre_from_radius(from, target, radius * self.modal.unit_mm(), clockwise, place),
             None => self.centre_from_words(words, from, target, place),

@@ -46,6 +46,18 @@ type Refusal = &'static str;
 const GOUGE: Refusal = "the contour cannot be followed with this tool radius without gouging";
 
 impl<F: Family> Interpreter<'_, F> {
+    /// D without G41 or G42 on a control of Macro B, where it is modal: under compensation the radius changes, else it waits for the next G41.
+    pub(crate) fn d_alone(&mut self, words: &Words) {
+        let switches = words.g.iter().any(|(code, _)| (400..=429).contains(code) || *code == 100 || *code == 650);
+        let Some(place) = words.span(b'D').filter(|_| self.dialect().macro_b && !F::EDGES_BY_D && !switches) else {
+            return;
+        };
+        if self.compensation.on {
+            self.doubt(Doubt::Compensation, place);
+        }
+        self.compensation.d_alone = true;
+    }
+
     /// G41, G42 and their variants with the diameter in D (`inline`), or G40 with `side` 0.
     pub(crate) fn switch_compensation(&mut self, side: f64, inline: bool, words: &Words, place: Span) {
         // Where only the control knows how far aside the tool is, it knows the way back as well.
@@ -55,6 +67,9 @@ impl<F: Family> Interpreter<'_, F> {
         self.compensation.on = side != 0.0;
         if side == 0.0 {
             return;
+        }
+        if self.compensation.d_alone && !words.has(b'D') {
+            self.doubt(Doubt::Compensation, place);
         }
         let range = self.compensation.ranges;
         self.compensation.ranges += 1;

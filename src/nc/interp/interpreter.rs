@@ -241,6 +241,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 wear_set: Vec::new(),
                 radius_written: Vec::new(),
                 offsets_used: Vec::new(),
+                d_alone: false,
                 comes_back: false,
                 oversize_mm: 0.0,
             },

@@ -29,6 +29,14 @@ impl<F: Family> Interpreter<'_, F> {
             || (stated && straight)
             || (stated && words.has(b'R'));
         if !axes {
+            if let (Motion::Cycle(_), Some(place)) = (self.modal.motion, words.span(b'R')) {
+                self.misread(
+                    "nc::cycle",
+                    place,
+                    "R alone: whether the cycle is made again is not known",
+                    "name the place of the hole",
+                );
+            }
             return;
         }
         let turned = self.rotary_words(words);

@@ -92,6 +92,10 @@ impl<F: Family> Interpreter<'_, F> {
             self.rotary.zero_lost = true;
         }
         match code {
+            520 if self.dialect().g52_is_g92 => {
+                set(&mut self.frame.g92, axis_words);
+                (self.frame.g92_aside, self.frame.g92_said) = (self.frame.g92, true);
+            }
             520 => set(&mut self.frame.local, axis_words),
             920 => {
                 if (0..3).any(|axis| axis_words[axis].is_some() && self.place.is_open(axis)) {
@@ -104,6 +108,10 @@ impl<F: Family> Interpreter<'_, F> {
                         self.place.known[axis] = true;
                         (self.place.elsewhere[axis], self.place.by_switch[axis]) = (false, false);
                     }
+                }
+                // It takes the place of the local shift of these axes (Fanuc B-64304EN, Local coordinate system).
+                for axis in (0..3).filter(|axis| axis_words[*axis].is_some()) {
+                    self.frame.g92[axis] += std::mem::take(&mut self.frame.local[axis]);
                 }
                 (self.frame.g92_aside, self.frame.g92_said) = (self.frame.g92, true);
             }
@@ -161,6 +169,11 @@ impl<F: Family> Interpreter<'_, F> {
 
     /// G51: scales about a point, where none is named about the tool, by P (in thousandths on a Fanuc when it has no decimal point) or by I, J, K.
     fn scale(&mut self, words: &Words, axis_words: [Option<f64>; 3]) {
+        if self.dialect().g51_has_factors && !words.has_any(b"PIJK") {
+            let factors = Vec3::from_fn(|axis, _| words.get(AXES[axis]).filter(|factor| *factor != 0.0).unwrap_or(1.0));
+            self.frame.scale = Some((Vec3::zeros(), factors));
+            return;
+        }
         let centre = Vec3::from_fn(|axis, _| axis_words[axis].unwrap_or(self.place.programmed[axis]));
         let factor = |letter: u8| {
             let value = words.get(letter)?;

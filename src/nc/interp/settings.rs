@@ -102,6 +102,13 @@ impl<F: Family> Interpreter<'_, F> {
                     modal.motion = if dialect.no_motion_after_g80 { Motion::None } else { modal.group_one };
                 }
             }
+            40 if moves_beside_a_dwell(words, dialect.counts_increments) => {
+                if dialect.origin_at_tool == Some(true) {
+                    self.dwell(words);
+                } else {
+                    self.misread("nc::dwell", span, "a dwell and a motion stand in one block", "write the dwell alone");
+                }
+            }
             40 => *action = Action::Dwell,
             170 => modal.plane = Plane::Xy,
             180 => modal.plane = Plane::Zx,
@@ -110,7 +117,13 @@ impl<F: Family> Interpreter<'_, F> {
             280 | 300 => *action = Action::Home,
             530 => *action = Action::Machine,
             100 | 520 | 920..=923 | 680 | 690 | 510 | 511 | 500 | 501 => *action = Action::Offset(code),
-            281 | 301 => *action = Action::Keep,
+            281 | 301 => {
+                // Mach3 goes to its reference switches there.
+                if dialect.g51_has_factors {
+                    self.place.elsewhere = [true; 3];
+                }
+                *action = Action::Keep;
+            }
             540 | 541 | 550 | 560 | 570 | 580 | 590..=593 | 1540 => self.select_wcs(code, words),
             610 => (modal.path_mode, modal.tapping) = (PathMode::ExactPath, false),
             620 => modal.tapping = false,
@@ -129,6 +142,9 @@ impl<F: Family> Interpreter<'_, F> {
             410 | 411 => self.switch_compensation(1.0, code == 411, words, span),
             420 | 421 => self.switch_compensation(-1.0, code == 421, words, span),
             150 if !words.has(b'H') => self.modal.polar = None,
+            160 if dialect.g51_has_factors => {
+                self.misread("nc::polar", span, "G16 about the place of the tool is not followed", "write coordinates");
+            }
             160 if !words.has(b'H') => self.modal.polar = self.modal.polar.or(Some((0.0, 0.0))),
             70 => self.refuse_lathe(span, "G7 (diameter mode)"),
             80 if dialect.g8_is_for_lathes => self.refuse_lathe(span, "G8 (radius mode)"),
@@ -249,6 +265,7 @@ impl<F: Family> Interpreter<'_, F> {
 
     fn speed_and_tool(&mut self, words: &Words) {
         let before = self.modal.spin();
+        self.d_alone(words);
         // Behind G4 it is a number of turns to dwell.
         let limits = self.dialect().g92_limits_speed && (words.has_g(920) || words.has_g(500));
         if let Some(rpm) = words.get(b'S').filter(|_| !words.has_g(40)) {
@@ -411,6 +428,12 @@ impl<F: Family> Interpreter<'_, F> {
             None
         }
     }
+}
+
+/// Does a block with G4 name a motion? X alone is the time of a Fanuc or Haas.
+fn moves_beside_a_dwell(words: &Words, x_is_time: bool) -> bool {
+    let stated = words.g.iter().any(|(code, _)| matches!(code, 0 | 10 | 20 | 30));
+    words.has_any(b"YZ") || words.has(b'X') && (stated || !x_is_time)
 }
 
 /// G5 P10000, G5.1 Q1: the control reads ahead. G5 P10001 L2 runs motions that are stored in variables.

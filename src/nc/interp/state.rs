@@ -430,6 +430,8 @@ pub struct Compensation {
     pub radius_written: Vec<(u32, f64)>,
     /// (tool, offset) with which it was switched on.
     pub offsets_used: Vec<(u32, u32)>,
+    /// A D word stood alone: it holds for the next G41 or G42 without one.
+    pub d_alone: bool,
     /// The next motion comes back from a contour that is not known.
     pub comes_back: bool,
     /// Oversize of the tool's radius over the tool table, mm (DR in a tool call).

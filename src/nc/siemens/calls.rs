@@ -193,6 +193,12 @@ impl Interpreter<'_, Siemens> {
     /// CYCLE81 … CYCLE89: retract plane, reference plane, safety distance, depth (absolute, or relative to the reference).
     fn drilling_cycle(&mut self, call: &ModalCall) {
         let value = |index: usize| call.arguments.get(index).copied().flatten();
+        if let (Some(absolute), Some(relative), Some(reference)) = (value(3), value(4), value(1))
+            && (absolute - (reference - relative.abs())).abs() > 1e-6
+        {
+            // DPR counts where both are given, by some manuals.
+            self.doubt(Doubt::UnknownValue, self.flow.source.program().span(self.block.id));
+        }
         let depth = value(3).or(value(1).zip(value(4)).map(|(reference, relative)| reference - relative.abs()));
         let place = self.flow.source.program().span(self.block.id);
         let (Some(code), Some(retract), Some(reference), Some(depth)) =
