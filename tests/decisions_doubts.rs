@@ -20,7 +20,7 @@ const BEFORE: [&str; 9] =
 const AFTER: [&str; 7] = ["S8000 M3", "G0 X-8. Y10.", "G1 Z-2. F300.", "G1 X48. F600.", "G0 Z5.", "M30", "%"];
 
 /// Name, what stands between the two cuts, the dialect, and the doubt it is.
-const EVENTS: [(&str, &str, Dialect, Doubt); 82] = [
+const EVENTS: [(&str, &str, Dialect, Doubt); 83] = [
     ("stop", "M0", Dialect::Fanuc, Doubt::ProgramStop),
     ("stop by a variable", "#3006=1 (TURN PART)", Dialect::Fanuc, Doubt::ProgramStop),
     ("tool changed by hand", "M5\nM0 (CHANGE TOOL)", Dialect::Grbl, Doubt::ProgramStop),
@@ -72,7 +72,18 @@ const EVENTS: [(&str, &str, Dialect, Doubt); 82] = [
     ("radius by steps", "G16\nG91 G1 X5. Y10. F300.\nG90 G15", Dialect::Fanuc, Doubt::UnknownCode),
     ("machine coordinates by steps", "G91 G0 G53 Z0\nG90", Dialect::Fanuc, Doubt::UnknownCode),
     ("centre by A and B", "G68 A1. B2. R30.\nG69", Dialect::Generic, Doubt::UnknownCode),
-    ("offset that turns", "G10 L2 P1 R45", Dialect::LinuxCnc, Doubt::TiltedFrame),
+    (
+        "offset that turns, and another that does not",
+        "G10 L2 P1 R45\nG10 L2 P2 X0 R0",
+        Dialect::LinuxCnc,
+        Doubt::TiltedFrame,
+    ),
+    (
+        "scale about an unnamed height",
+        "G0 Z7.\nG51 X0 Y0 P500\nG1 Z-1. F300.\nG50\nG0 Z5.",
+        Dialect::Fanuc,
+        Doubt::ZeroShift,
+    ),
     ("modal call by name", "MCALL L10\nG0 Y12\nMCALL", Dialect::Siemens, Doubt::MissingProgram),
     ("another spindle", "SETMS(2)", Dialect::Siemens, Doubt::MissingProgram),
     ("inches but for F", "G70\nG71", Dialect::Siemens, Doubt::Unit),

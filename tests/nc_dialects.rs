@@ -162,6 +162,7 @@ fn macro_b_means_what_its_manuals_say() {
     assert!(said("G21\nG0 X0 Y0\nG1 X50. F100\nX60 Y30.\nM30\n"));
     assert!(!said("G21\nG0 X0 Y0\nG1 X50. F100\nX60. Y30.\nM30\n"));
     assert!(!said("G21\nG0 X0 Y0\nG1 X50 F100\nX60 Y30\nM30\n"));
+    assert!(!said("G21\nG5.1 Q1 R3\nG0 X0 Y0\nG4 X500\nG1 X50. F100\nG91 X10. K7\nM30\n"));
 }
 
 /// What a word means on its control, each where another reading ends elsewhere. Sources: LinuxCNC against rs274; Fanuc B-63944EN; Haas Mill
@@ -241,6 +242,17 @@ fn words_end_where_their_control_ends_them() {
     // R alone: whether the cycle is made again there is not known.
     let path = read("G0 X0 Y0 Z5.\nG99 G81 X5. Z-1. R2. F300.\nR1.\nX9.\nG80\nM30\n", Dialect::Fanuc);
     assert_eq!(path.doubts.len(), 1, "{:?}", path.diagnostics);
+    let repeated = "G0 X0 Y0 Z5.\nG16 G99 G81 X9. Y5. Z2. R3. F300.\nG91 Y9. K3\nG90 G80 G15\nM30\n";
+    assert_eq!(read(repeated, Dialect::Fanuc).doubts.len(), 1);
+    // SAVE restores at the end of every pass; INT is of one program.
+    let saved = "%_N_A_MPF\nG90 G0 X0 Y0 Z5\nS1\nSUB1 P2\nG1 X40 F100\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG91 G1 X5 F100\nM17\n";
+    assert_eq!(last(saved, Dialect::Siemens), [40.0, 0.0, 5.0]);
+    let typed = "%_N_A_MPF\nG90 G0 X0 Y0 Z5\nSUBA(2)\nSUBB(-1.4)\nM30\n%_N_SUBA_SPF\nPROC SUBA(INT N)\nM17\n%_N_SUBB_SPF\nPROC SUBB(REAL N)\nG1 Z=N F100\nM17\n";
+    assert_eq!(last(typed, Dialect::Siemens), [0.0, 0.0, -1.4]);
+    // G50 is no limit of speed on a mill; powers stay in the text of unknown controls.
+    let turns_beside = |text: &str| read(text, Dialect::Fanuc).moves.last().unwrap().spin.rps * 60.0;
+    assert!((turns_beside("G21 G40 G49 G50 G80 S6000 M3\nG1 X5. F100.\nM30\n") - 6000.0).abs() < 1e-9);
+    assert_eq!(last("#1=2**3\nG0 X#1 Y0 Z5\nG4 X1.\nM30\n", Dialect::Generic), [8.0, 0.0, 5.0]);
     // S beside G92 is the highest speed.
     let turns = |text: &str, dialect| read(text, dialect).moves.last().unwrap().spin.rps * 60.0;
     assert!((turns("G21 S2000 M3\nG92 S9000\nG1 X5. F100.\nM30\n", Dialect::Fanuc) - 2000.0).abs() < 1e-9);

@@ -46,8 +46,9 @@ pub fn overlaps(node: &Node, origin: &Origin) -> bool {
 
 /// Blocks in which the proof found a difference stay whole from now on; those that were whole already keep their feed.
 pub fn leave_alone(run: &mut ProgramRun, blocks: &[BlockId]) {
+    let splits = run.job.output.split;
     let was_whole: Vec<BlockId> =
-        blocks.iter().copied().filter(|block| stays_whole(&mut run.toolpath, *block)).collect();
+        blocks.iter().copied().filter(|block| stays_whole(&mut run.toolpath, *block) || !splits).collect();
     for node in &mut run.problem.nodes {
         let motion = &mut run.toolpath.moves[node.move_id.ix()];
         if was_whole.contains(&motion.block) {

@@ -148,7 +148,7 @@ pub(crate) struct Properties {
     pub(crate) jumps_to_numbers: bool,
     /// G10 L20 sets the zero at the tool; false: it writes an additional work offset; `None`: which is not known.
     pub(crate) origin_at_tool: Option<bool>,
-    /// S beside G92 or G50 is the highest speed of the spindle, not its speed.
+    /// S beside G92 is the highest speed of the spindle, not its speed.
     pub(crate) g92_limits_speed: bool,
     /// G110 to G129 are additional work offsets.
     pub(crate) g110_is_offset: bool,
@@ -160,6 +160,8 @@ pub(crate) struct Properties {
     pub(crate) g52_is_g92: bool,
     /// X, Y and Z of G51 are factors, and G16 has its pole where the tool stands.
     pub(crate) g51_has_factors: bool,
+    /// G53 under G91 is left out.
+    pub(crate) g53_needs_g90: bool,
     /// G93: F of an arc is the speed over its radius, not over its length.
     pub(crate) arcs_by_radius: bool,
     /// The entry of radius compensation ends square to the element after it; else to its own end.
@@ -247,6 +249,7 @@ const GENERIC: Properties = Properties {
     g52_is_g92: false,
     g51_has_factors: false,
     arcs_by_radius: false,
+    g53_needs_g90: false,
     entry_square_to_next: false,
 };
 
@@ -268,6 +271,7 @@ const FANUC: Properties = Properties {
     origin_at_tool: Some(false),
     // Fanuc B-62764EN, Inverse time feed: FRN = speed / radius.
     arcs_by_radius: true,
+    g53_needs_g90: true,
     entry_square_to_next: true,
     ..GENERIC
 };
@@ -288,6 +292,7 @@ const TABLE: &[Properties] = &[
         // Haas Mill Operator's Manual: G110 is G154 P1; M99 P.
         g110_is_offset: true,
         arcs_by_radius: false,
+        g53_needs_g90: false,
         m99_stays_within: true,
         ..FANUC
     },

@@ -212,7 +212,7 @@ const COMPARISONS: &[&str] = &["EQ", "NE", "GT", "GE", "LT", "LE", "==", "<>", "
 const LOGICAL: &[&str] = &["AND", "XOR", "OR"];
 /// Binary operators by precedence, loosest first.
 const LEVELS: &[&[&str]] = &[LOGICAL, COMPARISONS, &["+", "-"], &["MOD", "DIV", "*", "/"], &["**"]];
-const MACRO_B_LEVELS: &[&[&str]] = &[COMPARISONS, &["+", "-", "XOR", "OR"], &["MOD", "*", "/", "AND"]];
+const MACRO_B_LEVELS: &[&[&str]] = &[COMPARISONS, &["+", "-", "XOR", "OR"], &["MOD", "*", "/", "AND"], &["**"]];
 const SIEMENS_LEVELS: &[&[&str]] = &[COMPARISONS, &["OR"], &["XOR"], &["AND"], &["+", "-"], &["MOD", "DIV", "*", "/"]];
 /// Difference below which LinuxCNC takes two numbers for equal (EQ, NE).
 const EQUAL_IN_LINUXCNC: f64 = 1e-4;

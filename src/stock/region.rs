@@ -209,6 +209,15 @@ impl Ring {
         let (x, y) = (p[0] - self.centre[0], p[1] - self.centre[1]);
         ((y.atan2(x) - self.start) * self.sweep.signum()).rem_euclid(std::f64::consts::TAU)
     }
+    /// Share of the arc behind which `p` lies; what rounding puts before its start is its start, and beyond its end is its end.
+    fn share(&self, p: [f64; 2]) -> f64 {
+        let (ahead, whole) = (self.ahead(p), self.sweep.abs());
+        match ahead {
+            _ if ahead <= whole => ahead / whole,
+            _ if ahead - whole > std::f64::consts::TAU - ahead => 0.0,
+            _ => 1.0,
+        }
+    }
     /// Is the point of the arc nearest to `p` inside the arc, and not one of its ends? By the sides of the two radii on which it lies: behind the
     /// first and before the last, or for more than half a turn one of both.
     pub fn passes(&self, p: [f64; 2]) -> bool {
@@ -230,8 +239,7 @@ impl Ring {
         let nearest = to_end(self.ends[0]).min(to_end(self.ends[1]));
         let aside = if self.passes(p) {
             let growth = self.radius[1] - self.radius[0];
-            let grown =
-                if growth.abs() < SAME_RADIUS_MM { 0.0 } else { growth * (self.ahead(p) / self.sweep.abs()).min(1.0) };
+            let grown = if growth.abs() < SAME_RADIUS_MM { 0.0 } else { growth * self.share(p) };
             (norm(p[0] - self.centre[0], p[1] - self.centre[1]) - self.radius[0] - grown).abs()
         } else {
             f64::INFINITY

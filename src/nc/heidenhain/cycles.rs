@@ -106,8 +106,14 @@ impl Interpreter<'_, Heidenhain> {
     /// Manual Setup, Working plane coordinate system: the result depends on the sequence).
     fn built_up(&mut self, place: Span) {
         self.doubt(Doubt::ZeroShift, place);
-        let text = "a shift, turn or mirror upon another is not followed in this order";
-        self.say("nc::frame", Severity::Warning, place, text, "write the shift first, then the turn, then the mirror");
+        let text = "a shift, turn, mirror or scale upon another is not followed in this order";
+        self.say(
+            "nc::frame",
+            Severity::Warning,
+            place,
+            text,
+            "write the shift first, then the turn, then mirror and scale",
+        );
     }
 
     /// The factors of the axes that mirror (8) and scaling (11) have put in force.

@@ -239,6 +239,9 @@ impl<F: Family> Interpreter<'_, F> {
         if call.again > 0 {
             call.again -= 1;
             self.flow.at = call.start;
+            if let Some(state) = call.restores.clone() {
+                self.restore(*state);
+            }
             return;
         }
         let modal = call.modal;

@@ -48,7 +48,8 @@ const GOUGE: Refusal = "the contour cannot be followed with this tool radius wit
 impl<F: Family> Interpreter<'_, F> {
     /// D without G41 or G42 on a control of Macro B, where it is modal: under compensation the radius changes, else it waits for the next G41.
     pub(crate) fn d_alone(&mut self, words: &Words) {
-        let switches = words.g.iter().any(|(code, _)| (400..=429).contains(code) || *code == 100 || *code == 650);
+        let own = |code: u16| (400..=429).contains(&code) || [100, 120, 130, 650, 660, 1500].contains(&code);
+        let switches = words.g.iter().any(|(code, _)| own(*code));
         let Some(place) = words.span(b'D').filter(|_| self.dialect().macro_b && !F::EDGES_BY_D && !switches) else {
             return;
         };
@@ -68,7 +69,9 @@ impl<F: Family> Interpreter<'_, F> {
         if side == 0.0 {
             return;
         }
-        if self.compensation.d_alone && !words.has(b'D') {
+        if words.has(b'D') {
+            self.compensation.d_alone = false;
+        } else if self.compensation.d_alone {
             self.doubt(Doubt::Compensation, place);
         }
         let range = self.compensation.ranges;

@@ -26,6 +26,15 @@ impl<F: Family> Interpreter<'_, F> {
             self.say("nc::threading", Severity::Warning, place, "the G76 threading cycle is kept, not simulated", "");
             return;
         }
+        if self.modal.polar.is_some() && self.modal.incremental && self.cycle_repeats(words, code) != 1 {
+            self.cuts_unseen();
+            return self.misread(
+                "nc::cycle",
+                place,
+                "holes repeated under G16 and G91 are not followed",
+                "write each hole",
+            );
+        }
         let mut cycle = self.cycle_words(words);
         if self.dialect().r_plane_optional && cycle.depth.is_some() {
             // R may be left out: the plane is then the level the cycle began at (Haas Mill Operator's Manual, G81).

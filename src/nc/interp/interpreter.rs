@@ -222,7 +222,7 @@ impl<'a, F: Family> Interpreter<'a, F> {
                 probed: false,
             },
             rotary: Rotary::default(),
-            offsets: Offsets { first: None, last: modal.wcs, unstated: Vec::new() },
+            offsets: Offsets { first: None, last: modal.wcs, unstated: Vec::new(), turned: Vec::new() },
             spindle: Spindle {
                 speed_said: false,
                 by_hand: !env.speeds_rps.is_empty() && !has_m(program, &[3, 4]),

@@ -222,7 +222,7 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     fn machine_move(&mut self, words: &Words) {
-        if self.modal.incremental && self.dialect().macro_b {
+        if self.modal.incremental && self.dialect().g53_needs_g90 {
             let place = self.flow.source.program().span(self.block.id);
             return self.misread(
                 "nc::machine-move",

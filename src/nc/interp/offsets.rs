@@ -174,7 +174,9 @@ impl<F: Family> Interpreter<'_, F> {
             self.frame.scale = Some((Vec3::zeros(), factors));
             return;
         }
-        let centre = Vec3::from_fn(|axis, _| axis_words[axis].unwrap_or(self.place.programmed[axis]));
+        let none_named = axis_words.iter().all(Option::is_none);
+        let omitted = |axis: usize| if none_named { self.place.programmed[axis] } else { 0.0 };
+        let centre = Vec3::from_fn(|axis, _| axis_words[axis].unwrap_or(omitted(axis)));
         let factor = |letter: u8| {
             let value = words.get(letter)?;
             let text = words.span(letter).unwrap_or_default().of(self.flow.source.program().text());
@@ -183,6 +185,11 @@ impl<F: Family> Interpreter<'_, F> {
         };
         let whole = factor(b'P').unwrap_or(1.0);
         let factors = Vec3::from_fn(|axis, _| factor(b"IJK"[axis]).unwrap_or(whole));
+        // Whether an axis that is not named has its centre at the zero or at the tool differs from control to control.
+        let is_open = |axis: usize| self.place.is_open(axis) || !none_named && self.place.programmed[axis] != 0.0;
+        if (0..3).any(|axis| axis_words[axis].is_none() && factors[axis] != 1.0 && is_open(axis)) {
+            self.doubt(Doubt::ZeroShift, self.flow.source.program().span(self.block.id));
+        }
         self.frame.scale = Some((centre, factors));
     }
 
@@ -228,9 +235,13 @@ impl<F: Family> Interpreter<'_, F> {
         }
         if let (true, Some(degrees)) = (at_tool, words.get(b'R')) {
             // LinuxCNC: the offset is turned as well.
+            let wcs = words.get(b'P').unwrap_or(0.0) as u16;
+            let was_turned = !self.offsets.turned.is_empty();
+            self.offsets.turned.retain(|number| *number != wcs);
             if degrees != 0.0 {
-                self.lose_frame(place, "a turned work offset (R of G10)", "R0 ends it");
-            } else if self.frame.lost {
+                self.offsets.turned.push(wcs);
+                self.lose_frame(place, "a turned work offset (R of G10)", "R0 of the same offset ends it");
+            } else if was_turned && self.offsets.turned.is_empty() {
                 self.regain_frame();
             }
         }

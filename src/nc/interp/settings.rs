@@ -102,7 +102,7 @@ impl<F: Family> Interpreter<'_, F> {
                     modal.motion = if dialect.no_motion_after_g80 { Motion::None } else { modal.group_one };
                 }
             }
-            40 if moves_beside_a_dwell(words, dialect.counts_increments) => {
+            40 if moves_beside_a_dwell(words, dialect.origin_at_tool != Some(true)) => {
                 if dialect.origin_at_tool == Some(true) {
                     self.dwell(words);
                 } else {
@@ -267,7 +267,7 @@ impl<F: Family> Interpreter<'_, F> {
         let before = self.modal.spin();
         self.d_alone(words);
         // Behind G4 it is a number of turns to dwell.
-        let limits = self.dialect().g92_limits_speed && (words.has_g(920) || words.has_g(500));
+        let limits = self.dialect().g92_limits_speed && words.has_g(920);
         if let Some(rpm) = words.get(b'S').filter(|_| !words.has_g(40)) {
             let highest = if limits { &mut self.modal.most_rps } else { &mut self.modal.speed_rps };
             *highest = rps_from_rpm(rpm.abs());

@@ -329,6 +329,8 @@ pub struct Offsets {
     pub last: u16,
     /// Offsets that the program sets to other values than the setup.
     pub unstated: Vec<u16>,
+    /// Work offsets that G10 has turned (R), by the number behind P.
+    pub turned: Vec<u16>,
 }
 
 /// Which offset is in force.

@@ -208,10 +208,12 @@ impl Interpreter<'_, Rs274> {
         if !self.dialect().counts_increments {
             return;
         }
-        let coordinate = |token: &Token| {
-            matches!(token.kind, TokenKind::Word(b'X' | b'Y' | b'Z' | b'I' | b'J' | b'K' | b'R')) && token.number != 0.0
-        };
-        let blocks = program.blocks().take(program.own_len());
+        let coordinate =
+            |token: &Token| matches!(token.kind, TokenKind::Word(b'X' | b'Y' | b'Z')) && token.number != 0.0;
+        // A dwell counts milliseconds, arguments of a macro are its own.
+        let is_other =
+            |token: Token| token.kind == TokenKind::Word(b'G') && [4.0, 10.0, 65.0, 66.0].contains(&token.number);
+        let blocks = program.blocks().take(program.own_len()).filter(|block| !program.tokens(*block).any(is_other));
         let mut all =
             blocks.flat_map(|block| program.tokens(block).filter(coordinate).map(move |token| (block, token)));
         let has_point = |token: &Token| token.span.of(program.text()).contains(&b'.');
@@ -221,10 +223,9 @@ impl Interpreter<'_, Rs274> {
         let Some((block, token)) = without else { return };
         self.block.id = block;
         let word = String::from_utf8_lossy(token.span.of(program.text())).into_owned();
-        let unit = if self.modal.inch { "in" } else { "mm" };
         let text =
-            format!("{word} has no decimal point, others have: read in {unit}, on some controls it is increments");
-        let help = format!("write {word}. if it is {unit}");
+            format!("{word} has no decimal point, others have: read as {word}., on some controls it counts increments");
+        let help = format!("write {word}. if it is that");
         self.say("nc::decimal-point", Severity::Warning, token.span, text, &help);
     }
 

@@ -209,9 +209,7 @@ impl Interpreter<'_, Siemens> {
     fn define(&mut self, tokens: &[Token], text: &[u8], words: &mut Words) {
         let is_whole = tokens.get(1).is_some_and(|token| token.span.of(text).eq_ignore_ascii_case(b"INT"));
         for token in tokens.iter().skip(2) {
-            if is_whole {
-                self.family.whole.insert(left_of(token.span.of(text)));
-            }
+            self.type_variable(&left_of(token.span.of(text)), is_whole);
             match token.kind {
                 TokenKind::Name => {
                     let name = String::from_utf8_lossy(token.span.of(text)).to_ascii_uppercase();
@@ -224,6 +222,16 @@ impl Interpreter<'_, Siemens> {
                 }
                 _ => {}
             }
+        }
+    }
+
+    /// Notes whether a variable of the present program holds whole numbers.
+    pub(super) fn type_variable(&mut self, name: &str, is_whole: bool) {
+        let key = (self.parameters.depth, name.to_owned());
+        if is_whole {
+            self.family.whole.insert(key);
+        } else {
+            self.family.whole.remove(&key);
         }
     }
 
@@ -244,7 +252,8 @@ impl Interpreter<'_, Siemens> {
             ("CHR", _) => self.corner_after(Corner::Legs(value * self.modal.unit_mm()), token.span),
             ("I1" | "J1" | "K1", _) => {
                 let way = bytes[equals + 1..].trim_ascii_start().to_ascii_uppercase();
-                let by_steps = way.starts_with(b"IC(") || self.modal.incremental && !way.starts_with(b"AC(");
+                let modal = words.has_g(910) || self.modal.incremental && !words.has_g(900);
+                let by_steps = way.starts_with(b"IC(") || modal && !way.starts_with(b"AC(");
                 let point = Some((value * self.modal.unit_mm(), by_steps));
                 self.family.through[usize::from(name.as_bytes()[0] - b'I')] = point;
             }
@@ -318,7 +327,8 @@ impl Interpreter<'_, Siemens> {
 
     /// Sets `R12` or a variable by its name.
     pub(crate) fn set_variable(&mut self, name: &str, value: f64) {
-        let value = if self.family.whole.contains(name) { value.round() } else { value };
+        let key = (self.parameters.depth, name.to_owned());
+        let value = if self.family.whole.contains(&key) { value.round() } else { value };
         match name.strip_prefix('R').and_then(|number| number.parse().ok()) {
             Some(index) => {
                 self.parameters.numbered.insert(index, value);

@@ -129,7 +129,8 @@ impl Interpreter<'_, Siemens> {
         if tokens.iter().any(saves)
             && let Some(call) = self.flow.calls.last_mut()
         {
-            call.restores = Some(Box::new((self.modal, self.frame.clone())));
+            let state = || Box::new((self.modal, self.frame.clone()));
+            call.restores.get_or_insert_with(state);
         }
         let passed = std::mem::take(&mut self.family.passed);
         let Some(head) = tokens.iter().find(|token| token.kind == TokenKind::Call) else { return };
@@ -142,9 +143,7 @@ impl Interpreter<'_, Siemens> {
             let Some(variable) = left.split_whitespace().last() else { continue };
             let default = default.and_then(|text| self.evaluate(head.span, text.trim().as_bytes(), 0).ok());
             let value = passed.get(index).copied().flatten().or(default).unwrap_or(0.0);
-            if left.split_whitespace().any(|word| word == "INT") {
-                self.family.whole.insert(variable.to_owned());
-            }
+            self.type_variable(variable, left.split_whitespace().any(|word| word == "INT"));
             self.set_variable(variable, value);
             self.family.defined.insert(variable.to_owned());
             if left.split_whitespace().next() == Some("VAR") {
@@ -193,7 +192,7 @@ impl Interpreter<'_, Siemens> {
     /// CYCLE81 … CYCLE89: retract plane, reference plane, safety distance, depth (absolute, or relative to the reference).
     fn drilling_cycle(&mut self, call: &ModalCall) {
         let value = |index: usize| call.arguments.get(index).copied().flatten();
-        if let (Some(absolute), Some(relative), Some(reference)) = (value(3), value(4), value(1))
+        if let (Some(absolute), Some(relative), Some(reference)) = (value(3), value(4).filter(|d| *d != 0.0), value(1))
             && (absolute - (reference - relative.abs())).abs() > 1e-6
         {
             // DPR counts where both are given, by some manuals.

@@ -10,8 +10,8 @@ pub(crate) struct Siemens {
     pub(super) passed: Vec<Option<f64>>,
     /// Names of variables that DEF and PROC have made.
     pub(super) defined: BTreeSet<String>,
-    /// Those of them that hold whole numbers.
-    pub(super) whole: BTreeSet<String>,
+    /// Those of them that hold whole numbers, each with the depth of its call.
+    pub(super) whole: BTreeSet<(usize, String)>,
     /// The point that CIP goes through, mm, and whether it is given by steps.
     pub(super) through: [Option<(f64, bool)>; 3],
 }
