@@ -7,7 +7,7 @@
 //! "M-Codes"; Siemens 840D Programming Guide Fundamentals, predefined M functions; HEIDENHAIN TNC 640 Klartext manual, overview of
 //! miscellaneous functions.
 
-use super::expr::{LASTING_Q, LOCAL_Q, Language};
+use super::parameters::{LASTING_Q, LOCAL_Q, Language};
 use crate::units::MM_PER_INCH;
 use std::ops::RangeInclusive;
 

@@ -5,6 +5,7 @@
 //! | what | files |
 //! |---|---|
 //! | text: lines, tokens, numbers | [`program`], [`token`], `number`, the `lex.rs` of each family |
+//! | values of expressions, and the variables in them | `expr`, `parameters` |
 //! | which control and which unit | [`dialect`], [`recognise`], [`turning`] (programs for lathes), `refusal`, [`unit`] |
 //! | what every control does with a block | `interp/` |
 //! | what one family of dialects does its own way | `rs274/`, `siemens/`, `heidenhain/` |
@@ -18,6 +19,7 @@ mod heidenhain;
 mod interp;
 mod interpret;
 mod number;
+mod parameters;
 pub mod print;
 pub mod program;
 pub mod recognise;

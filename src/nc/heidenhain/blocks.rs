@@ -10,7 +10,7 @@ use super::state::Heidenhain;
 use crate::diag::Span;
 use crate::ids::BlockId;
 use crate::nc::doubt::Doubt;
-use crate::nc::expr::{self, Target};
+use crate::nc::expr::Target;
 use crate::nc::interp::interpreter::Interpreter;
 use crate::nc::interp::messages::is_not_finite;
 use crate::nc::interp::state::After;
@@ -18,6 +18,7 @@ use crate::nc::interp::state::ArcFeed;
 use crate::nc::interp::state::Corner;
 use crate::nc::interp::state::FeedWord;
 use crate::nc::interp::words::Words;
+use crate::nc::parameters::parameter_index;
 use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::{Event, FeedMode, MoveKind};
 use crate::path::{Plane, Vec3};
@@ -227,7 +228,7 @@ impl Interpreter<'_, Heidenhain> {
     fn q_assignment(&mut self, token: Token, text: &[u8], of_control: bool) {
         let bytes = token.span.of(text);
         let Some(equals) = bytes.iter().position(|&byte| byte == b'=') else { return };
-        let index = expr::parameter_index(String::from_utf8_lossy(&bytes[1..equals]).trim()).unwrap_or(0);
+        let index = parameter_index(String::from_utf8_lossy(&bytes[1..equals]).trim()).unwrap_or(0);
         let known = if of_control { Some(f64::NAN) } else { self.feed_by_name(&bytes[equals + 1..]) };
         if let Some(feed) = known {
             self.block.assignments.push((Target::Number(index), Some(feed)));

@@ -92,7 +92,7 @@ impl Family for Heidenhain {
     }
 
     fn variable_name(number: u32) -> String {
-        super::expr::local_name('Q', number)
+        super::parameters::local_name('Q', number)
     }
 
     fn obstacles(executed: &Executed<'_, Self>, record: &mut Record) {

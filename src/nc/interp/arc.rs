@@ -64,7 +64,8 @@ impl<F: Family> Interpreter<'_, F> {
     }
 
     /// Why the path of an arc is the control's to say. L and Q of Macro B make it a spiral or a cone of so many turns (Fanuc B-63944EN, Helical,
-    /// spiral and conical interpolation). Scaled by two factors it is no circle: controls take the greater one for R, and end off it with I J K.
+    /// spiral and conical interpolation). Under two scale factors it is no circle: controls take the greater factor for R, and with I J K such an
+    /// arc ends beside its circle.
     fn unknown_arc(&self, words: &Words) -> Option<&'static str> {
         let (a, b, _) = self.modal.plane.axes();
         let two_factors = |factor: Vec3| factor[a].abs() != factor[b].abs();

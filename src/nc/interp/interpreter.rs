@@ -20,7 +20,7 @@ use crate::ids::{BlockId, MoveId};
 use crate::nc::dialect::Properties;
 use crate::nc::doubt::Doubt;
 use crate::nc::environment::Environment;
-use crate::nc::expr::Parameters;
+use crate::nc::parameters::Parameters;
 use crate::nc::program::Program;
 use crate::nc::token::{Token, TokenKind};
 use crate::nc::toolpath::{Event, Freeze, MoveKind, Reached, State, Toolpath};

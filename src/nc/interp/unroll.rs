@@ -5,7 +5,7 @@ use super::words::Words;
 use crate::diag::{Diagnostic, Severity, Span};
 use crate::ids::BlockId;
 use crate::nc::dialect::Dialect;
-use crate::nc::expr::Parameters;
+use crate::nc::parameters::Parameters;
 use crate::nc::program::Program;
 use crate::nc::token::Token;
 

@@ -21,11 +21,12 @@ impl<F: Family> Interpreter<'_, F> {
         let bytes = bytes.strip_prefix(b"=").unwrap_or(bytes);
         F::before_value(self, bytes);
         let word = matches!(token.kind, TokenKind::Computed(_));
-        // A condition may well ask whether a local variable is vacant.
+        // A condition may well ask whether a local variable is vacant: #1 to the last; QL of plain language has a value or is a doubt.
         let decides = match token.kind {
             TokenKind::Computed(b'F' | b'N') => u32::MAX,
             TokenKind::Computed(_) => 0,
-            _ => *self.dialect().locals.end(),
+            _ if *self.dialect().locals.start() == 1 => *self.dialect().locals.end(),
+            _ => 0,
         };
         let increment = match token.kind {
             TokenKind::Computed(letter) => self.least_increment(letter),

@@ -5,7 +5,8 @@
 //! (LinuxCNC documentation, G-code overview: Messages, Parameters in comments).
 
 use crate::nc::dialect::Dialect;
-use crate::nc::expr::{self, Parameters};
+use crate::nc::expr;
+use crate::nc::parameters::Parameters;
 
 /// Beginnings of comments that show values.
 const VALUED: [&str; 3] = ["DEBUG,", "PRINT,", "LOG,"];

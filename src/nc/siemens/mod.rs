@@ -107,7 +107,7 @@ impl Family for Siemens {
     }
 
     fn variable_name(number: u32) -> String {
-        super::expr::local_name('R', number)
+        super::parameters::local_name('R', number)
     }
 
     fn head(record: &mut Record, line: &[u8]) {
